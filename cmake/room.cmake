@@ -4,7 +4,7 @@
 function(itn_room name)
   cmake_parse_arguments(PARSE_ARGV 1 ROOM "" "" "SOURCES;LINKS")
   add_library(itn_${name} OBJECT ${ROOM_SOURCES})
-  target_include_directories(itn_${name} PRIVATE ${PROJECT_SOURCE_DIR} ${PROJECT_SOURCE_DIR}/kernels)
+  target_include_directories(itn_${name} PRIVATE ${PROJECT_SOURCE_DIR}/include ${PROJECT_SOURCE_DIR} ${PROJECT_SOURCE_DIR}/kernels)
   target_link_libraries(itn_${name} PRIVATE itn_warnings Eigen3::Eigen OpenCL::OpenCL Threads::Threads nlohmann_json::nlohmann_json fmt::fmt
                                             ${ROOM_LINKS})
   set_target_properties(itn_${name} PROPERTIES UNITY_BUILD ${ITN_UNITY} UNITY_BUILD_MODE GROUP)

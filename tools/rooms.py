@@ -6,6 +6,7 @@ A room is a folder. ROOMS lists them from the ground up: a room may include thos
 tools/rooms.py [--quiet]
 """
 import collections
+import functools
 import pathlib
 import re
 import subprocess
@@ -23,10 +24,30 @@ ROOMS = [
 INCLUDE = re.compile(r'\s*#\s*include "([^"]+)"')
 
 
+# Public headers without a source of their own; of the others the room is that of the source that implements them.
+PUBLIC = {
+    'colour': 'runtime/base', 'error': 'runtime/base', 'rendering': 'runtime/image', 'parameter_kind': 'runtime/scene',
+    'render_options': 'runtime/render/wavefront', 'tensor': 'network/model',
+}
+
+
 def room_of(file):
-    """The room with the longest name that the file lies in; None for tests."""
+    """The room with the longest name that the file lies in; None for tests. A public header is of the room that implements it."""
+    if file.startswith('include/itn/'):
+        return public_room(pathlib.PurePath(file).stem)
     folders = ['/'.join(file.split('/')[:depth]) for depth in range(file.count('/'), 0, -1)]
     return next((folder for folder in folders if folder in ROOMS), None)
+
+
+@functools.cache
+def public_room(name):
+    if name in PUBLIC:
+        return PUBLIC[name]
+    for source in ROOT.glob('[rn]*/**/*.cpp'):  # runtime, network
+        with source.open(errors='replace') as text:
+            if f'#include "itn/{name}.h"' in text.readline():
+                return room_of(str(source.relative_to(ROOT)))
+    raise SystemExit(f'include/itn/{name}.h: which room is it of? No source in runtime or network begins with it: add it to PUBLIC')
 
 
 def arrows():
@@ -42,7 +63,9 @@ def arrows():
             match = INCLUDE.match(line)
             if not match:
                 continue
-            places = [match[1], 'kernels/' + match[1], 'python/src/' + match[1], file.rsplit('/', 1)[0] + '/' + match[1]]
+            if file.startswith('include/') and not match[1].startswith('itn/'):
+                raise SystemExit(f'{file} includes {match[1]}: a public header includes public ones alone')
+            places = [match[1], 'include/' + match[1], 'kernels/' + match[1], 'python/src/' + match[1], file.rsplit('/', 1)[0] + '/' + match[1]]
             target = next((place for place in places if place in known), None)
             if target and room_of(target) not in (None, room):
                 counts[room, room_of(target)] += 1

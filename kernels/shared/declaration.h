@@ -5,7 +5,7 @@
  *     NUMBER(PREFIX, name, channels, role, coordinate)
  *   PREFIX_PARAMETERS(PARAMETER)   what people set, by Mitsuba's names, in the order in which name_numbers() takes
  *                                  them:
- *     PARAMETER(name, kind, fallback, unit)     kind: a kind of runtime/scene/model/parameter_kind.h
+ *     PARAMETER(name, kind, fallback, unit)     kind: a kind of include/itn/parameter_kind.h
  *
  * Both lists expand to everything that knows the model: reading and checking of scenes, `itn parameters`, packing,
  * loading on the device, scores, gradients. A colour has three slots in n, of which a grey program (CHANNELS 1) loads

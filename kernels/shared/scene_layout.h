@@ -6,6 +6,7 @@
 
 /* A film position (a, b), a = 1 - 2 x / width, b = 1 - 2 y / height, sees the ray
  *   origin = origin_0 + a origin_a + b origin_b, direction ~ direction_0 + a direction_a + b direction_b.
+ * HAS_DISTORTION: where slope_a is not 0, (a, b) is first moved to where an ideal camera sees it (model/sensor/opencv.h).
  * HAS_LENS: and l, uniform over the disk with the half axes lens_a and lens_b, moves it:
  *   origin += lens_start l, direction -= lens_turn l.
  * HAS_ZONE: or rays begin on a surface, uniform over its area, and leave its front in proportion to the cosine; or they go
@@ -16,7 +17,10 @@ typedef struct {
   float origin_0[3], origin_a[3], origin_b[3];
   float direction_0[3], direction_a[3], direction_b[3];
   float lens_a[3], lens_b[3], lens_start, lens_turn;
-  float clip[3]; /* 0: all of the scene is nearer */
+  float distortion[8];      /* k1 to k6, p1, p2 */
+  float middle_a, middle_b; /* of the axis on the film */
+  float slope_a, slope_b;   /* a and b in units of the focal length; 0: no distortion */
+  float clip[3];            /* 0: all of the scene is nearer */
   float before[3];
   int table, surfaces; /* of the surface (shared/light_layout.h); 0: there is none */
   int measures;        /* 1: irradiance; the cosine is in the density, and what is left of the integral is pi */
@@ -178,7 +182,7 @@ typedef struct {
 /* Gradients (derivative/adjoint.h) are summed in sets of pixels of their own, as [set][number][radiance channel]: the launch's
  * numbers, then each parameter of the light, then each field, by all of its voxels. The first GRADIENT_SETS make up the
  * gradient, so many that work-items that share them seldom wait for each other; those of contrasts, whose spread tells
- * the noise (runtime/render/gradient_renderer.h), follow. */
+ * the noise (include/itn/gradient_renderer.h), follow. */
 #define GRADIENT_SETS 32
 #define MOST_CONTRAST_SETS 256
 

@@ -6,6 +6,7 @@
 #include "path/event_random.h"
 #include "derivative/adjoint.h"
 #include "light/connection.h"
+#include "model/sensor/opencv.h"
 #include "path/film_filter.h"
 #include "geometry/frame.h"
 #include "path/launch.h"
@@ -18,9 +19,24 @@ INLINE REAL3 on_camera(__global const float* v0, __global const float* va, __glo
   return make3(v0[0] + a * va[0] + b * vb[0], v0[1] + a * va[1] + b * vb[1], v0[2] + a * va[2] + b * vb[2]);
 }
 
+#if HAS_DISTORTION
+/* The film position at which the camera would see the same without its distortion. */
+INLINE void undistort(__global const CameraRecord* camera, REAL* a, REAL* b) {
+  if (camera->slope_a == 0.0f) return;
+  REAL k[8], x, y;
+  UNROLL_FOR(int i = 0; i < 8; ++i) k[i] = (REAL)(camera->distortion[i]);
+  opencv_undistort(k, (camera->middle_a - *a) * camera->slope_a, (camera->middle_b - *b) * camera->slope_b, &x, &y);
+  *a = camera->middle_a - x / camera->slope_a;
+  *b = camera->middle_b - y / camera->slope_b;
+}
+#endif
+
 /* The ray of a film position; *weight: what its radiance counts; *normal: of the surface on which the sensor lies. */
 INLINE void camera_ray(const Launch* launch, __global const CameraRecord* camera, const Random* random, REAL a, REAL b,
                        REAL3* origin, REAL3* direction, REAL* weight, REAL3* normal) {
+#if HAS_DISTORTION
+  undistort(camera, &a, &b);
+#endif
   *origin = on_camera(camera->origin_0, camera->origin_a, camera->origin_b, a, b);
   *direction = on_camera(camera->direction_0, camera->direction_a, camera->direction_b, a, b);
   *weight = (REAL)(1.0f);

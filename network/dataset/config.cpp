@@ -8,8 +8,8 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
-#include "runtime/base/error.h"
-#include "runtime/base/file.h"
+#include "itn/error.h"
+#include "itn/file.h"
 #include "runtime/base/json_text.h"
 #include "runtime/scene/shapes/named_shapes.h"
 
@@ -78,7 +78,7 @@ DatasetConfig preset(const std::string& name) {
   return config;
 }
 
-// What is not asked for is left out, here and below: sets from before keep their hash.
+// Defaults are left out, here and below, so that sets from before an option existed keep their hash.
 Json side_json(const DatasetConfig::Side& side) {
   Json json{{"shapes", side.shapes},     {"random_shapes", side.random_shapes}, {"triangles", side.triangles},
             {"azimuths", side.azimuths}, {"azimuth_range", side.azimuth_range}, {"materials", side.materials}};

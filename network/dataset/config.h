@@ -1,4 +1,4 @@
-// What a data set is asked for with: a JSON file or the name of a preset (README.md).
+// The request for a data set: a JSON file or the name of a preset (README.md).
 #pragma once
 #include <array>
 #include <optional>
@@ -20,7 +20,7 @@ struct DatasetConfig {
     // Besides, or instead: pictures of the surroundings, each turned so that its middle stands at each azimuth.
     std::vector<std::string> environments;  // files, dataset_light.h
     std::vector<double> environment_azimuths{0};
-    // Of lights that are drawn:
+    // For lights that are drawn:
     double lamps = 0;     // the share of lamps in a room, dataset_light.h
     double pictures = 0;  // the share of `environments`, which are then no others' lights
     std::optional<std::array<double, 2>> zenith_range{};  // of the sun [degree]; none: DatasetConfig::zenith

@@ -6,10 +6,10 @@
 #include <cmath>
 #include <numbers>
 
-#include "runtime/base/colour.h"
-#include "runtime/base/error.h"
+#include "itn/bitmap.h"
+#include "itn/colour.h"
+#include "itn/error.h"
 #include "runtime/base/random.h"
-#include "runtime/image/bitmap.h"
 #include "runtime/scene/transform.h"
 
 namespace itn {
@@ -124,7 +124,7 @@ std::shared_ptr<const Bitmap> lamp_room(std::uint64_t seed) {
 }
 
 Environment lamp_alone(const Vec3& towards, double irradiance) {
-  // A sun that stands in its zenith, turned to where the lamp is.
+  // A sun in its zenith, rotated to the lamp's direction.
   constexpr double of_scale_1 = 1.307;  // irradiance in luminance, as rendered: tests/dataset/world_test.cpp
   Environment lamp = make_environment("sunsky");
   lamp.id = emitter_id;
@@ -135,8 +135,8 @@ Environment lamp_alone(const Vec3& towards, double irradiance) {
   return lamp;
 }
 
-// Mitsuba's pictures have y up, +z in their middle and -x to the right of it: the first two turns make them z, +y and
-// +x, as scenes/dataset/environment.xml does.
+// Mitsuba's pictures have y up, +z in their middle and -x to the right of it: the first two rotations make them z, +y
+// and +x, as scenes/dataset/environment.xml does.
 Environment environment_light(std::shared_ptr<const Bitmap> picture, double azimuth, double scale) {
   Environment light = make_environment("envmap");
   light.id = emitter_id;

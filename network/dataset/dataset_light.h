@@ -5,8 +5,8 @@
 #include <memory>
 #include <string>
 
+#include "itn/scene.h"
 #include "network/dataset/manifest.h"
-#include "runtime/scene/scene.h"
 
 namespace itn {
 
@@ -34,9 +34,10 @@ std::shared_ptr<const Bitmap> lamp_room(std::uint64_t seed);
 // surface that faces it, in luminance.
 Environment lamp_alone(const Vec3& towards, double irradiance);
 
-// What networks know of an environment: the mean of the directions above the floor, weighted by luminance and solid
-// angle, unit. The light that falls on a surface changes with its normal along it, to first order (Ramamoorthi and
-// Hanrahan 2001), whereas the brightest pixel may be a small lamp that says little. Without light there: the zenith.
+// The direction by which networks know an environment: the mean of the directions above the floor, weighted by
+// luminance and solid angle, unit. The light that falls on a surface changes with its normal along it, to first order
+// (Ramamoorthi and Hanrahan 2001), whereas the brightest pixel may be a small lamp that says little. Without light
+// there: the zenith.
 Vec3 mean_direction(const Environment& environment);
 
 // The lights of a set. Pictures are read when first asked for, and kept.

@@ -3,8 +3,8 @@
 #include <memory>
 #include <string>
 
+#include "itn/scene.h"
 #include "network/dataset/manifest.h"
-#include "runtime/scene/scene.h"
 
 namespace itn {
 

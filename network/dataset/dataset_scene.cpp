@@ -11,7 +11,7 @@ namespace itn {
 namespace {
 
 constexpr double view_angle = 2.5;      // [degree]
-constexpr double view_width = 1.6;      // [unit] at the object: any shape fits, however it is turned
+constexpr double view_width = 1.6;      // [unit] at the object: any shape fits, however it is rotated
 constexpr double view_height = 0.45;    // what the lens is aimed at, above the floor [unit]
 constexpr double floor_half_side = 40;  // [unit]: beyond what light from the object reaches
 constexpr double floor_depth = 1e-3;    // below the shape's lowest point: surfaces that coincide have no order

@@ -4,9 +4,9 @@
 #include <memory>
 #include <optional>
 
+#include "itn/scene.h"
 #include "network/dataset/dataset_light.h"
 #include "network/dataset/manifest.h"
-#include "runtime/scene/scene.h"
 
 namespace itn {
 
@@ -16,7 +16,7 @@ struct DatasetMaterial {
   std::optional<Manifest::Colours> colours = {};  // instead of sigma_t and albedo, in a set in colours
 };
 
-// What an image shows.
+// The material of the object in an image.
 DatasetMaterial material_of(const Manifest::Image& image);
 
 // The medium's sigma_t, albedo and the phase function's g, as list_parameters() names them in every such scene.
@@ -35,7 +35,8 @@ Scene dataset_scene(const Manifest& set, const std::shared_ptr<const Mesh>& shap
 // Such a scene in no other light than that of a soft lamp around the camera. irradiance: of a surface that faces it.
 Scene in_flash(Scene scene, double irradiance);
 
-// A direction as the image's camera sees it: turned about the vertical, as if the camera looked along +y and down.
+// A direction in the frame of the image's camera: rotated about the vertical, as if the camera looked along +y and
+// down.
 Vec3 before_camera(const Manifest::Image& image, const Vec3& direction);
 
 }  // namespace itn

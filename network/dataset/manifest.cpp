@@ -11,8 +11,8 @@
 #include <set>
 #include <utility>
 
-#include "runtime/base/error.h"
-#include "runtime/base/file.h"
+#include "itn/error.h"
+#include "itn/file.h"
 #include "runtime/base/json_text.h"
 
 namespace itn {

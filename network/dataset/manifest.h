@@ -17,7 +17,7 @@ struct Manifest {
     double alpha = 0, int_ior = 1;  // rough only: > 0, >= 1
   };
 
-  // Where a shape's mesh comes from.
+  // The source of a shape's mesh.
   struct NamedMesh {
     std::string name;  // one of named_shapes()
   };
@@ -52,17 +52,17 @@ struct Manifest {
     std::optional<std::uint64_t> lamps = {};  // seed of lamp_room(), dataset_light.h
   };
 
-  // Where a camera stands around the object [degrees]; without one it is at 45 and 0.
+  // Position of a camera around the object [degrees]; without one it is at 45 and 0.
   struct Camera {
     double elevation = 45;  // above the floor, (0, 90)
     double azimuth = 0;     // around the vertical, from above counter-clockwise, [-180, 180]
   };
 
-  // What an image is for. Shapes of `train`, `validation` and `unseen_light` have the role train, those of
+  // The purpose of an image. Shapes of `train`, `validation` and `unseen_light` have the role train, those of
   // `unseen_shape` and `unseen_both` the role test: no shape is learnt and then called unseen.
   enum class Split { train, validation, unseen_light, unseen_shape, unseen_both };
 
-  // Of red, green and blue.
+  // Values for red, green and blue.
   struct Colours {
     std::array<double, 3> sigma_t{1, 1, 1};  // [1/mm], > 0
     std::array<double, 3> albedo{0, 0, 0};   // [0, 1]
@@ -88,7 +88,7 @@ struct Manifest {
   int spp = 1;                // samples a pixel
   double mm_per_unit = 1;     // sigma_t [1/mm] times it is per scene unit
   Boundary boundary;
-  // What people's pictures are like, where they are not of luminance from one place:
+  // Properties of people's pictures, where they are not of luminance from one place:
   bool in_colours = false;      // images have red, green and blue, and every image has `colours`
   bool cameras = false;         // every image has a camera, and its file the shape's buffers
   double flash = 0;             // irradiance of a lamp at the camera, whose light each file has, too; 0: none

@@ -5,12 +5,12 @@
 #include <nlohmann/json.hpp>
 #include <vector>
 
+#include "itn/error.h"
+#include "itn/file.h"
+#include "itn/version.h"
 #include "network/dataset/stored_image.h"
-#include "runtime/base/error.h"
-#include "runtime/base/file.h"
 #include "runtime/base/folder_lock.h"
 #include "runtime/base/parallel.h"
-#include "runtime/base/version.h"
 
 namespace itn {
 namespace {
@@ -50,7 +50,7 @@ Manifest merge_dataset(const DatasetConfig& config, const std::string& folder, c
   if (!images.empty() || !shapes.empty())
     throw ResultError(fmt::format(
         "{}: {} of {} images and the buffers of {} of {} shapes are missing or damaged, the first {}; run the parts "
-        "again that hold them, or itn dataset without --part and --merge, which renders what is missing",
+        "again that hold them, or render the set as a whole (neither part nor merge), which renders what is missing",
         folder, images.size(), set.images.size(), shapes.size(), set.shapes.size(),
         images.empty() ? set.shapes[shapes.front()].buffers : set.images[images.front()].file));
   complete_dataset(folder, set);

@@ -13,7 +13,7 @@ namespace itn {
 // ResultError: some are missing or damaged, which it counts and whose first it names; Interrupted.
 Manifest merge_dataset(const DatasetConfig& config, const std::string& folder, const std::atomic<bool>* cancel);
 
-// What follows when all images are there: remains are removed, and the manifest says that the set is complete.
+// Finishes a set whose images are all there: removes remains, and has the manifest say that the set is complete.
 void complete_dataset(const std::string& folder, Manifest& set);
 
 }  // namespace itn

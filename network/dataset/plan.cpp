@@ -6,9 +6,9 @@
 #include <filesystem>
 #include <map>
 
+#include "itn/error.h"
+#include "itn/file.h"
 #include "network/dataset/dataset_scene.h"
-#include "runtime/base/error.h"
-#include "runtime/base/file.h"
 #include "runtime/base/fingerprint.h"
 #include "runtime/base/random.h"
 #include "runtime/scene/shapes/named_shapes.h"
@@ -46,7 +46,7 @@ void require_room(std::size_t images) {
                                  most_images));
 }
 
-// Where an environment is in the set's folder.
+// File of an environment in the set's folder.
 std::string environment_file(const std::string& from) {
   return "environments/" + std::filesystem::path(from).stem().string() + ".exr";
 }
@@ -91,7 +91,7 @@ class Planner {
     return add(sun(azimuth, zenith));
   }
 
-  // Of a material, with so many albedos.
+  // Adds the images of a material, with so many albedos.
   void add_images(Manifest::Split split, int shape, int light, int albedos) {
     require_room(set_.images.size() + static_cast<std::size_t>(albedos));
     Manifest::Image image;
@@ -119,7 +119,7 @@ class Planner {
   }
 
  private:
-  // Of the next material.
+  // Draws a number for the next material.
   double draw(Stream stream, const std::array<double, 2>& range) const {
     return between(range, random_uniform(config_.seed, stream, material_));
   }
@@ -225,7 +225,7 @@ std::string hash_of(const DatasetConfig& config, const DatasetPlan& plan, const 
 DatasetPlan plan_dataset(const DatasetConfig& config, const std::string& version, const std::string& device) {
   if (config.spp < 2)
     throw UsageError(fmt::format(
-        "--spp {}: images without standard errors, which nothing can be learnt from; need 2 or more", config.spp));
+        "spp {}: images without standard errors, which nothing can be learnt from; need 2 or more", config.spp));
   DatasetPlan plan;
   Manifest& set = plan.manifest;
   set.version = version;
@@ -259,7 +259,7 @@ DatasetPlan plan_dataset(const DatasetConfig& config, const std::string& version
                            lights.empty() ? planner.drawn_light(drawn) : lights[l], side.albedos);
       }
   };
-  // Where the training has suns from anywhere, only environments are unseen.
+  // Only environments count as unseen where training has suns from anywhere.
   std::vector<int> seen_lights, unseen_lights;
   for (const int light : test_lights)
     (any_train_light && !set.lights[static_cast<std::size_t>(light)].environment ? seen_lights : unseen_lights)

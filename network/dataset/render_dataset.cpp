@@ -10,18 +10,18 @@
 #include <span>
 #include <utility>
 
+#include "itn/error.h"
+#include "itn/exr.h"
+#include "itn/file.h"
 #include "network/dataset/dataset_mesh.h"
 #include "network/dataset/dataset_scene.h"
 #include "network/dataset/dataset_shapes.h"
 #include "network/dataset/merge_dataset.h"
 #include "network/dataset/shape_buffers.h"
 #include "network/dataset/stored_image.h"
-#include "runtime/base/error.h"
-#include "runtime/base/file.h"
 #include "runtime/base/parallel.h"
 #include "runtime/base/random.h"
 #include "runtime/base/ranks.h"
-#include "runtime/image/exr.h"
 #include "runtime/scene/mesh/mesh_file.h"
 
 namespace itn {
@@ -111,7 +111,8 @@ class DatasetRenderer {
     return options;
   }
 
-  // Where an image is: which scene's rendering, and there which of the other albedos', if there are any.
+  // The place of an image: the index of its scene's rendering, and there of its albedo among the others, if there are
+  // any.
   struct Place {
     std::size_t scene, other;
     const Image& in(const std::vector<Rendering>& renderings) const {
@@ -120,7 +121,8 @@ class DatasetRenderer {
     }
   };
 
-  // What is traced for images of the same paths: the highest of their albedos, so that none is noisier than by itself.
+  // The image to trace for images of the same paths: with the highest of their albedos, so that none is noisier than by
+  // itself.
   ShapeRenderer::Image traced(std::span<const Manifest::Image> together) {
     const Manifest::Image& first = together.front();
     DatasetMaterial material = material_of(first);
@@ -149,14 +151,14 @@ class DatasetRenderer {
     return buffers;
   }
 
-  // Where the object is seen: from everywhere another picture, or one of each shape.
+  // Mask of the object: a new one for each image where cameras differ, else one for each shape.
   const std::vector<double>& mask_of(const Manifest::Image& image, const Scene& scene) {
     std::vector<double>& mask = masks_[image.shape];
     if (set_.cameras || mask.empty()) mask = shape_buffers(scene, 0, 1).mask;
     return mask;
   }
 
-  // Where the folder does not have them yet.
+  // Writes the shapes that the folder does not have yet.
   void write_shapes(const std::vector<int>& shapes) {
     for (const int shape : shapes) {
       const Manifest::Shape& s = set_.shapes[static_cast<std::size_t>(shape)];
@@ -232,7 +234,7 @@ std::vector<std::size_t> batch_ends(const Manifest& set, std::vector<const Manif
   return ends;
 }
 
-// What the images need beside their shapes, and the plan.
+// Writes the plan, and the files that the images need beside their shapes.
 void write_sources(const DatasetPlan& plan, const std::string& folder) {
   const Manifest& set = plan.manifest;
   make_folder(folder + "/images");
@@ -256,7 +258,7 @@ void require_same_plan(Ranks& ranks, const std::string& hash) {
                       r));
 }
 
-// Every rank looks at some of the images. Returns those that are not there, the same on all.
+// Every rank checks some of the images. Returns those that are missing, the same on all.
 std::vector<const Manifest::Image*> missing_of(const Manifest& set, const std::string& folder, std::size_t first,
                                                std::size_t end, const std::atomic<bool>* cancel, Ranks& ranks) {
   std::vector<std::int64_t> is_missing(end - first);

@@ -4,8 +4,8 @@
 #include <functional>
 #include <string>
 
+#include "itn/device.h"
 #include "network/dataset/plan.h"
-#include "runtime/render/device/device.h"
 
 namespace itn {
 

@@ -2,7 +2,7 @@
 
 #include <fmt/format.h>
 
-#include "runtime/base/error.h"
+#include "itn/error.h"
 #include "runtime/base/ranks.h"
 
 namespace itn {

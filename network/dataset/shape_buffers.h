@@ -1,8 +1,8 @@
-// What a camera that knows the shape sees of it: inputs of a network beside the image.
+// The shape as a camera sees it: inputs of a network beside the image.
 #pragma once
 #include <vector>
 
-#include "runtime/scene/scene.h"
+#include "itn/scene.h"
 
 namespace itn {
 

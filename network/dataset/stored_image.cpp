@@ -9,7 +9,7 @@
 #include <string_view>
 #include <utility>
 
-#include "runtime/base/error.h"
+#include "itn/error.h"
 #include "runtime/base/fingerprint.h"
 
 namespace itn {
@@ -46,7 +46,7 @@ std::string path_of(const std::string& folder, const std::string& file) {
   return (std::filesystem::path(folder) / file).string();
 }
 
-// Of names, texts and values, by name: OpenEXR sorts the channels.
+// Checksum over names, texts and values, sorted by name, as OpenEXR sorts the channels.
 std::string checksum_of(const ExrImage& content) {
   std::uint64_t sum = fingerprint(fmt::format("{} {}", content.width, content.height));
   for (const auto& [name, value] : content.header)

@@ -5,11 +5,11 @@
 #include <filesystem>
 #include <limits>
 
+#include "itn/error.h"
+#include "itn/exr.h"
 #include "network/dataset/stored_image.h"
 #include "network/model/input.h"
 #include "network/model/ms_ssim.h"
-#include "runtime/base/error.h"
-#include "runtime/image/exr.h"
 
 namespace itn {
 namespace {

@@ -1,10 +1,10 @@
-// How much an image rendered with predicted parameters differs from the input image, both of them noisy.
+// Difference between an image rendered with predicted parameters and the input image, both of them noisy.
 #pragma once
 #include <string>
 #include <vector>
 
+#include "itn/renderer.h"
 #include "network/dataset/manifest.h"
-#include "runtime/render/renderer.h"
 
 namespace itn {
 

@@ -14,10 +14,10 @@ namespace {
 
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 
-// How often each of `count` things counts.
+// Number of times that each of `count` things counts.
 using Weights = std::vector<double>;
 
-// What is drawn, each from random numbers of its own.
+// Kinds of draws, each from random numbers of its own.
 enum Stream : std::uint64_t { clusters_stream, above_stream, below_stream };
 
 Weights all_once(std::size_t count) { return Weights(count, 1.0); }

@@ -1,4 +1,5 @@
-// How sure an average over images is: percentile bootstrap (Efron 1979), over clusters of images that belong together.
+// Uncertainty of an average over images: percentile bootstrap (Efron 1979), over clusters of images that belong
+// together.
 //
 // Images of one shape under one light are alike, so whole clusters of them are drawn, not single images; and where
 // several networks of a kind were trained, those are drawn too.

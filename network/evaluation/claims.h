@@ -1,4 +1,4 @@
-// What of the paper's claims holds for the networks at hand.
+// Tests the paper's claims on the networks at hand.
 #pragma once
 #include <string>
 #include <vector>

@@ -21,7 +21,7 @@ namespace itn {
 
 struct EvaluationOptions {
   std::string data;               // folder of a complete data set
-  std::vector<std::string> runs;  // trained networks (network/model/trained_network.h)
+  std::vector<std::string> runs;  // trained networks (include/itn/trained_network.h)
   std::string report;             // folder, which must be there for table 3
   int images = 120;               // test images of table 2, and a quarter as many of the training
   int inversions = 10;            // images of every test shape in table 3

@@ -8,9 +8,9 @@
 #include <filesystem>
 #include <sstream>
 
-#include "network/model/trained_network.h"
-#include "runtime/base/error.h"
-#include "runtime/base/file.h"
+#include "itn/error.h"
+#include "itn/file.h"
+#include "itn/trained_network.h"
 #include "runtime/base/json_text.h"
 
 namespace itn {
@@ -36,7 +36,7 @@ std::vector<nlohmann::json> read_curve(const std::string& file) {
   return curve;
 }
 
-// What run.json says that a reader of the report should know.
+// Warnings for readers of the report, from run.json.
 std::vector<std::string> warnings_of(const std::string& run, const Manifest& set) {
   const std::string file = (std::filesystem::path(run) / "run.json").string();
   if (!is_there(file)) return {};

@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
+#include "itn/network.h"
 #include "network/dataset/dataset_scene.h"
-#include "network/model/network.h"
 
 namespace itn {
 

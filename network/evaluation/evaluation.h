@@ -1,16 +1,16 @@
-// What an evaluation finds out, before it is put into words.
+// The findings of an evaluation, before they are put into words.
 #pragma once
 #include <array>
 #include <map>
 #include <string>
 #include <vector>
 
+#include "itn/distribution.h"
 #include "network/evaluation/appearance.h"
 #include "network/evaluation/bootstrap.h"
 #include "network/evaluation/evaluated_run.h"
 #include "network/evaluation/information.h"
 #include "network/evaluation/synthesis.h"
-#include "network/model/distribution.h"
 
 namespace itn {
 
@@ -22,12 +22,13 @@ struct SplitPredictions {
   std::vector<std::vector<Calibration>> calibration;    // likewise; a run that says no distribution has none
 };
 
-// How well intervals hold: of the images of a ParameterErrors, by kind. Kinds whose runs do not all say a distribution
-// are left out.
+// Coverage of the intervals: over the images of a ParameterErrors, by kind. Kinds of which a run predicts no
+// distribution are left out.
 struct Coverage {
   static constexpr std::size_t bins = 10;
   std::array<Runs, 4> held;  // 1 where the interval of 95 % holds the truth, else 0: each parameter; all jointly
-  // Of each parameter, over all runs: how many images have the truth in each tenth of what was said, from the low end.
+  // For each parameter, over all runs: the number of images whose truth lies in each tenth of the predicted
+  // distribution, from the low end.
   std::array<std::array<std::size_t, bins>, 3> ranks{};
 };
 
@@ -40,7 +41,7 @@ struct ParameterErrors {
   std::map<std::string, Coverage> coverage;
 };
 
-// Table 2: an image, and how it looks with the parameters that every run predicts, and with its own.
+// Table 2: an image rendered with the parameters that every run predicts, and with its own.
 struct RerenderedResult {
   SynthesisTarget target;
   bool training = false;
@@ -85,8 +86,8 @@ struct Evaluation {
   // Table 3's: squared errors of log sigma_t, albedo, g (0 ... 2) or the image loss (3) of every image.
   std::vector<double> synthesis_errors(const Synthesis::Record& record, std::size_t what) const;
 
-  // What the noise of the input images alone makes of the medians of log sigma_t, albedo or g: infinite where it hides
-  // a direction in most images.
+  // Median squared error of log sigma_t, albedo or g that the noise of the input images alone makes: infinite where it
+  // hides a direction in most images.
   double synthesis_limit(std::size_t what) const;
 };
 

@@ -1,4 +1,4 @@
-// What an image can tell about its parameters at most: the Cramer-Rao bound.
+// The most that an image can tell about its parameters: the Cramer-Rao bound.
 //
 // Pixels with independent normal noise of variance v have the information (Fisher) sum over pixels of dI_a dI_b / v; no
 // unbiased estimate from the image has a covariance below its inverse. A bound beyond what is known without the image
@@ -7,7 +7,7 @@
 #pragma once
 #include <Eigen/Core>
 
-#include "runtime/render/renderer.h"
+#include "itn/renderer.h"
 
 namespace itn {
 

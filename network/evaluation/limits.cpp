@@ -1,4 +1,4 @@
-// What images can tell at most.
+// Bounds on what images can tell.
 #include <numeric>
 #include <span>
 

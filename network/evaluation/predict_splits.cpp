@@ -5,10 +5,10 @@
 #include <cmath>
 #include <set>
 
+#include "itn/error.h"
+#include "itn/loss.h"
 #include "network/evaluation/evaluate.h"
-#include "network/model/loss.h"
 #include "network/training/dataset_examples.h"
-#include "runtime/base/error.h"
 #include "runtime/base/folder_owner.h"
 #include "runtime/base/statistics.h"
 
@@ -134,9 +134,10 @@ Evaluation begin_evaluation(const EvaluationOptions& options) {
   e.folder = options.data;
   e.set = read_complete_manifest(options.data);
   if (!is_laboratory(e.set))
-    throw UsageError(options.data +
-                     ": its images are in colours, or each has a camera or a boundary of its own; itn eval compares "
-                     "networks of luminance from one place: itn predict RUN --dataset tells the errors on such a set");
+    throw UsageError(
+        options.data +
+        ": its images are in colours, or each has a camera or a boundary of its own; itn eval compares "
+        "networks of luminance from one place: itn predict with this set as dataset tells the errors on it");
   e.resampling.seed = options.seed;
   e.spp = options.spp ? options.spp : std::max(2, e.set.spp);
   for (const std::string& path : options.runs) e.runs.push_back(read_run(path, e.set));

@@ -4,9 +4,9 @@
 
 #include <algorithm>
 
+#include "itn/file.h"
 #include "network/evaluation/claims.h"
 #include "network/evaluation/tables.h"
-#include "runtime/base/file.h"
 #include "runtime/base/statistics.h"
 #include "runtime/image/png.h"
 #include "runtime/image/preview.h"

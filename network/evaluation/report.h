@@ -1,4 +1,4 @@
-// Where the findings of an evaluation go.
+// Writes the findings of an evaluation to files.
 #pragma once
 #include <nlohmann/json.hpp>
 #include <string>

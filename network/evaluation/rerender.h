@@ -8,13 +8,13 @@
 
 namespace itn {
 
-// What random numbers are for: images of different streams are independent, and those of one stream have the same
-// random numbers for every network that is compared, so that differences between networks are not noise.
+// Purposes of random numbers: images of different streams are independent, and those of one stream have the same random
+// numbers for every network that is compared, so that differences between networks are not noise.
 enum class EvaluationStream : std::uint64_t { rerendering, information, iterations, recorded_loss };
 
 std::uint64_t image_seed(std::uint64_t seed, EvaluationStream stream, std::uint64_t index);
 
-// How many images of spp samples a pixel make a batch of some four million paths; at least one.
+// Number of images of spp samples a pixel that make a batch of some four million paths; at least one.
 std::size_t images_per_batch(int size, int spp);
 
 // call(first, end) for one batch of 0 ... count - 1 after the other.

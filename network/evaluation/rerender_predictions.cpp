@@ -1,10 +1,10 @@
 // Table 2: images rendered with the predictions.
 #include <algorithm>
 
+#include "itn/error.h"
 #include "network/evaluation/evaluate.h"
 #include "network/evaluation/rerender.h"
 #include "network/evaluation/selection.h"
-#include "runtime/base/error.h"
 
 namespace itn {
 namespace {

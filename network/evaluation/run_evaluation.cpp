@@ -5,8 +5,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "itn/error.h"
 #include "network/evaluation/stored_synthesis.h"
-#include "runtime/base/error.h"
 
 namespace itn {
 namespace {
@@ -19,7 +19,7 @@ void require_derivatives(const EvaluationOptions& options, const Manifest& set) 
         throw InputError(
             fmt::format("{}: image {}: {} is {}, where images have no derivative by it that the information limit and "
                         "the inversions need; render the set with values above 0, or leave tables 2 and 3 out with "
-                        "--images 0 --inversions 0",
+                        "images 0 and inversions 0",
                         manifest_file(options.data), image.file, name, value));
 }
 

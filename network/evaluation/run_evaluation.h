@@ -8,7 +8,7 @@
 
 namespace itn {
 
-// How far it is, for whoever shows it. All of them may be called many times; none may be empty.
+// Reports progress to a display. All functions may be called many times; none may be empty.
 struct EvaluationProgress {
   // A part begins: so many units, of which the fraction `done` was there already. stored: interrupted, it goes on where
   // it was.

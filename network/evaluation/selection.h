@@ -1,4 +1,4 @@
-// Which of a data set's images are rendered again: a few that stand for all.
+// Selects a few of a data set's images, which stand for all, to be rendered again.
 #pragma once
 #include <cstddef>
 #include <cstdint>

@@ -2,9 +2,9 @@
 
 #include <stdexcept>
 
+#include "itn/error.h"
+#include "itn/version.h"
 #include "network/evaluation/selection.h"
-#include "runtime/base/error.h"
-#include "runtime/base/version.h"
 
 namespace itn {
 namespace {
@@ -16,7 +16,7 @@ bool is_of_test_shape(const SplitPredictions& split) {
   return split.split == Split::unseen_shape || split.split == Split::unseen_both;
 }
 
-// Where the synthesis of each target starts: at what the kind's first run predicts, or at the truth.
+// Start of each target's synthesis: the prediction of the kind's first run, or the truth.
 std::vector<DatasetMaterial> materials_at(const Evaluation& e, const std::string& start) {
   std::vector<DatasetMaterial> materials;
   std::map<std::string, DatasetMaterial> predicted;  // by file
@@ -66,7 +66,7 @@ std::vector<std::string> choose_synthesis_targets(const EvaluationOptions& optio
     e.synthesis_targets.push_back({image, read_noisy_image(options.data, e.set, image)});
   if (e.synthesis_targets.empty())
     throw InputError(manifest_file(options.data) +
-                     ": has no images of test shapes; leave table 3 out with --inversions 0");
+                     ": has no images of test shapes; leave table 3 out with inversions 0");
   std::vector<std::string> starts;
   for (const char* name : {"rn", "itn"})
     if (e.kind(name)) starts.emplace_back(name);

@@ -4,10 +4,10 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "itn/parameters.h"
 #include "network/dataset/dataset_mesh.h"
 #include "runtime/base/json_text.h"
 #include "runtime/inverse/state_json.h"
-#include "runtime/scene/parameters.h"
 
 namespace itn {
 namespace {

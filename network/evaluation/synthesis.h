@@ -34,7 +34,7 @@ struct SynthesisTarget {
 
 class Synthesis {
  public:
-  // How far every image was before an iteration: iteration 0 is the start, options.iterations the end.
+  // State of every image before an iteration: iteration 0 is the start, options.iterations the end.
   struct Record {
     int iteration = 0;
     std::vector<DatasetMaterial> material;

@@ -151,7 +151,7 @@ void ConvolutionStage::create_backward_weights() {
   backward_weights_ = dnnl::convolution_backward_weights(description);
 }
 
-// Of group_ channels, from input_for_weights_.
+// Description for group_ input channels, from input_for_weights_.
 dnnl::convolution_backward_weights::primitive_desc ConvolutionStage::describe_backward_weights() const {
   ConvolutionShape shape = shape_;
   shape.in_channels = group_;

@@ -43,8 +43,8 @@ class ConvolutionStage {
   dnnl::memory input_gradient_, map_gradient_, output_gradient_;
   dnnl::memory pooled_from_;  // which of four pixels each maximum was
   dnnl::memory weights_, weights_for_input_gradient_, weights_gradient_;
-  // What the gradient by weights is computed from: so many input channels at a time, zeros beside fewer, laid out
-  // as that wants them.
+  // Inputs of the gradient by weights: so many input channels at a time, with zeros beside fewer, in the layout that it
+  // needs.
   int group_;
   dnnl::memory input_for_weights_, map_gradient_for_weights_;
   dnnl::convolution_forward::primitive_desc forward_description_;

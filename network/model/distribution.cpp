@@ -1,10 +1,10 @@
-#include "network/model/distribution.h"
+#include "itn/distribution.h"
 
 #include <array>
 #include <cmath>
 #include <numbers>
 
-#include "runtime/base/error.h"
+#include "itn/error.h"
 #include "runtime/base/parameter_chain.h"
 #include "runtime/base/statistics.h"
 
@@ -23,7 +23,7 @@ class Said {
     using std::exp;
     return Real(spread_[i] / std::sqrt(12.0)) * exp(raw_[count() + i]);
   }
-  // Of the factor's row before it is scaled; its length.
+  // An element of the factor's row before it is scaled, and the row's length.
   Real entry(std::size_t i, std::size_t j) const { return raw_[2 * count() + i * (i - 1) / 2 + j]; }
   Real length(std::size_t i) const {
     using std::sqrt;
@@ -66,8 +66,8 @@ std::vector<double> shares_of(std::span<const double> truth, const std::vector<O
   return shares;
 }
 
-// Of chi-square with n degrees of freedom, at x > 0: the series of the incomplete gamma function (Abramowitz and Stegun
-// 6.5.29).
+// Cumulative distribution of chi-square with n degrees of freedom, at x > 0: the series of the incomplete gamma
+// function (Abramowitz and Stegun 6.5.29).
 double chi_square_cdf(std::size_t n, double x) {
   const double a = static_cast<double>(n) / 2;
   double term = 1 / a, sum = term;

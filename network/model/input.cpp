@@ -8,10 +8,10 @@
 #include <functional>
 #include <utility>
 
-#include "runtime/base/colour.h"
-#include "runtime/base/error.h"
-#include "runtime/base/file.h"
-#include "runtime/image/exr.h"
+#include "itn/colour.h"
+#include "itn/error.h"
+#include "itn/exr.h"
+#include "itn/file.h"
 #include "runtime/image/radiance.h"
 
 namespace itn {
@@ -86,7 +86,7 @@ std::vector<float> finite_radiance(const ExrImage& image, const std::string& fil
   return radiance;
 }
 
-// Of a picture of any kind and shape, one after the other.
+// Planes of a picture of any kind and shape, one after the other.
 struct Planes {
   int width = 0, height = 0;
   std::vector<float> values;
@@ -94,7 +94,7 @@ struct Planes {
   double saturated = 0;         // share of a photo's pixels
 };
 
-// Looks at width and height before all else that may be wrong.
+// Checks width and height before all else that may be wrong.
 using CheckSize = std::function<void(int width, int height)>;
 
 Planes photo_planes(const std::string& file, int colours, const PhotoOptions& options, const CheckSize& check,
@@ -121,7 +121,7 @@ Planes radiance_planes(const std::string& file, int colours, const PhotoOptions&
   return {image.width, image.height, radiance_of(image, file, colours, prefix, errors)};
 }
 
-// How white the picture is.
+// The picture's whiteness, 0 to 1.
 Planes mask_plane(const std::string& file, const CheckSize& check) {
   if (is_exr(read_file(file))) {
     const ExrImage image = read_exr(file);
@@ -149,9 +149,9 @@ struct Weight {
   double share;
 };
 
-// What each of `size` pixels in a row takes of `from` pixels from `first` on, of which there are those from 0 to `end`:
-// the parts within a window as wide as itself, or as one of those where they are wider; then it lies between the two
-// nearest.
+// Weights with which each of `size` pixels in a row averages `from` pixels that begin at `first`; only pixels from 0 to
+// `end` exist. A window is as wide as the new pixel, or as an old one where those are wider: it then interpolates
+// between the two nearest.
 std::vector<std::vector<Weight>> windows(int first, int from, int end, int size) {
   const double step = static_cast<double>(from) / size, half = 0.5 * std::max(step, 1.0);
   std::vector<std::vector<Weight>> result(static_cast<std::size_t>(size));
@@ -193,7 +193,7 @@ std::vector<float> resampled(const Planes& planes, const Square& square, int siz
   return result;
 }
 
-// Which share of the object is saturated.
+// Share of the object's pixels that are saturated.
 double saturated_share(const Planes& planes, const CutOut& object) {
   double all = 0, saturated = 0;
   for (std::size_t i = 0; i < planes.weight.size(); ++i) {

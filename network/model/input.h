@@ -1,5 +1,5 @@
-// What the network sees: the same function makes it for training and for predictions. Of the inputs that its
-// description names (network.h):
+// Inputs of a network: the same function makes them for training and for predictions. A network's description names
+// those that it has (network.h):
 //
 //   luminance        log((L + 0.01 m) / (1.01 m)) of the radiance L, m = description.luminance: 0 where L is m, -4.6
 //                    in the dark. Radiance below 0, which sky models have in places, counts as 0. Where the network
@@ -11,7 +11,7 @@
 //   flash_rgb
 //   mask             1 where the object is seen, else 0
 //   normal           of the surface seen, in the world: object and floor; 0 where there is none. In sets with cameras
-//                    all around it is turned about the vertical, so that the camera looks along +y
+//                    all around it is rotated about the vertical, so that the camera looks along +y
 //   nearness         how much nearer than the object's mean depth the object is [scene units]; 0 off the object
 //   light            cosine between that normal and that of the light (manifest); below 0 where it is turned away
 #pragma once
@@ -21,16 +21,16 @@
 #include <string>
 #include <vector>
 
-#include "network/model/network.h"
-#include "runtime/image/exr.h"
-#include "runtime/image/photo.h"
+#include "itn/exr.h"
+#include "itn/network.h"
+#include "itn/photo.h"
 
 namespace itn {
 
-// What counts as dark, over m: noise below it is not seen.
+// Radiance that counts as dark, over m: noise below it is not seen.
 constexpr double darkest_radiance = 0.01;
 
-// What m is at least, where it is an image's own mean: an object, or what a flash adds to it, may be black.
+// Least m where it is an image's own mean: an object, or what a flash adds to it, may be black.
 constexpr double least_mean = 1e-30;
 
 // Radiance as luminance, (size, size), from channel Y, or of R, G, B as the renderer weighs them. hash: what the file's
@@ -69,7 +69,7 @@ struct ResampledImage {
   std::vector<float> errors{};  // standard errors, where they are read
 };
 
-// As radiance_of(), of any square image, photos too (runtime/image/photo.h): averaged over the squares of size x size
+// As radiance_of(), of any square image, photos too (include/itn/photo.h): averaged over the squares of size x size
 // pixels, or between pixels where it has fewer. object: of the square around it, where each pixel has what is seen of
 // the object in it, or 0. Throws InputError: not square, or of another width or height than the object's mask; black or
 // with much below 0; and what radiance_of() throws.
@@ -104,7 +104,7 @@ CutOut cut_out(const std::string& mask_file, int size, double share);
 // The same of a mask (height, width) of 0 and 1; name: for messages.
 CutOut cut_out(std::vector<float> white, int width, int height, int size, double share, const std::string& name);
 
-// Of planes (count, height, width) as the mask, what read_resampled_radiance() returns with an object.
+// Cuts planes (count, height, width) of the mask's picture, as read_resampled_radiance() does with an object.
 std::vector<float> cut_planes(std::vector<float> planes, const CutOut& object);
 
 // The box around what is white: first and last column, first and last row; the first behind the last where nothing is.
@@ -117,7 +117,7 @@ WhiteBox box_around_white(std::span<const float> mask, int width, int height);
 // That longer side over the image's, of a mask (size, size) that is not 0 everywhere.
 double share_of_object(std::span<const float> mask);
 
-// What there is to see, as far as the network sees it.
+// Views of the data from which a network's input is made.
 struct Seen {
   std::span<const float> image;       // luminance (size, size), or red, green and blue (3, size, size)
   std::span<const float> flash = {};  // likewise
@@ -125,7 +125,7 @@ struct Seen {
   const std::array<double, 3>* light = nullptr;  // towards it, length 1
 };
 
-// What of it, beside the image, has to be given to a network.
+// Inputs beside the image that a network needs.
 struct Needs {
   explicit Needs(const NetworkDescription& network)
       : shape(sees(network, "normal") || sees(network, "nearness") || sees(network, "light")),
@@ -153,8 +153,8 @@ void keep_object(Photographs& photographs, const CutOut& object);
 // input: (channels, size, size). Throws UsageError: sizes that do not fit, something missing that the network sees.
 void network_input(const NetworkDescription& network, const Seen& seen, std::span<float> input);
 
-// What the network would see of the scene's mirror image, left for right: cameras of data sets look along the yz plane,
-// or are turned there.
+// Mirrors the input as if the scene were mirrored, left for right: cameras of data sets look along the yz plane, or are
+// rotated there.
 void mirror_input(const NetworkDescription& network, std::span<float> input);
 
 }  // namespace itn

@@ -1,8 +1,8 @@
-#include "network/model/loss.h"
+#include "itn/loss.h"
 
 #include <cmath>
 
-#include "network/model/distribution.h"
+#include "itn/distribution.h"
 
 namespace itn {
 

@@ -1,4 +1,4 @@
-#include "network/model/network.h"
+#include "itn/network.h"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -11,11 +11,11 @@
 #include <oneapi/dnnl/dnnl.hpp>
 #include <utility>
 
+#include "itn/error.h"
 #include "network/model/convolution.h"
 #include "network/model/fully_connected.h"
 #include "network/model/random.h"
 #include "network/model/threads.h"
-#include "runtime/base/error.h"
 
 namespace itn {
 namespace {

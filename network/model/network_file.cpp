@@ -1,10 +1,10 @@
-#include "network/model/network_file.h"
+#include "itn/network_file.h"
 
 #include <charconv>
 #include <nlohmann/json.hpp>
 
-#include "runtime/base/error.h"
-#include "runtime/base/file.h"
+#include "itn/error.h"
+#include "itn/file.h"
 #include "runtime/base/json_text.h"
 
 namespace itn {

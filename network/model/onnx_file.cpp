@@ -4,10 +4,10 @@
 #include <cstdint>
 #include <utility>
 
+#include "itn/network_file.h"
+#include "itn/version.h"
 #include "network/model/input.h"
-#include "network/model/network_file.h"
 #include "runtime/base/statistics.h"
-#include "runtime/base/version.h"
 
 namespace itn {
 namespace {
@@ -66,7 +66,7 @@ Message value_info(const std::string& name, const Shape& shape) {
 
 class Graph {
  public:
-  // Of one output, named as the node.
+  // A node of one output, which gives it its name.
   void node(const std::string& type, const Names& inputs, const std::string& output,
             const std::vector<Message>& attributes = {}) {
     Message node;
@@ -99,7 +99,7 @@ class Graph {
 
 constexpr const char* known_input = "known";
 
-// What a network sees of its inputs, as input.h has it.
+// The graph that makes the network's input from its parts, as in input.h.
 class InputGraph {
  public:
   InputGraph(Graph& graph, const NetworkDescription& network)

@@ -11,7 +11,7 @@
 #include <string>
 #include <vector>
 
-#include "network/model/network.h"
+#include "itn/network.h"
 
 namespace itn {
 

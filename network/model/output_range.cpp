@@ -1,9 +1,9 @@
-#include "network/model/output_range.h"
+#include "itn/output_range.h"
 
 #include <cmath>
 #include <set>
 
-#include "runtime/base/error.h"
+#include "itn/error.h"
 #include "runtime/base/parameter_chain.h"
 
 namespace itn {

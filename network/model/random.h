@@ -1,4 +1,4 @@
-// What training draws: streams and orders, from the counters of runtime/base/random.h.
+// Random draws of training: streams and orders, from the counters of runtime/base/random.h.
 #pragma once
 #include <cstddef>
 #include <cstdint>
@@ -9,7 +9,7 @@
 
 namespace itn {
 
-// What the numbers are for; further streams of one purpose (a layer, an epoch) are added to it.
+// Purposes of random numbers; further streams of one purpose (a layer, an epoch) are added to it.
 enum RandomStream : std::uint64_t {
   RANDOM_WEIGHTS = 0,
   RANDOM_ORDER = std::uint64_t(1) << 32,

@@ -1,4 +1,4 @@
-#include "network/model/safetensors.h"
+#include "itn/safetensors.h"
 
 #include <Imath/half.h>
 
@@ -12,7 +12,7 @@
 #include <span>
 #include <utility>
 
-#include "runtime/base/error.h"
+#include "itn/error.h"
 #include "runtime/base/json_text.h"
 
 namespace itn {
@@ -57,7 +57,7 @@ std::vector<std::size_t> whole_numbers(const std::string& name, const Json& json
   return numbers;
 }
 
-// Of a number [bytes]; 0: not known.
+// Size of a number [bytes]; 0: unknown type.
 std::size_t size_of(const std::string& type) {
   if (type == "F32") return 4;
   if (type == "F16") return 2;
@@ -139,7 +139,7 @@ Scaled scaled(const Tensor& tensor) {
     float largest = 0;
     for (const float value : values) largest = std::max(largest, std::fabs(value));
     const float unit = result.scales.values[row] = largest / largest_byte;
-    // Of a row that is nearly 0 the unit is one of few that a float can be, and too small maybe.
+    // The unit of a row that is nearly 0 may be rounded to one of the few smallest floats, and too small.
     for (float& value : values)
       value = unit > 0 ? std::clamp(std::round(value / unit), -largest_byte, largest_byte) : 0;
   }

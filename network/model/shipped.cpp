@@ -1,4 +1,4 @@
-#include "network/model/shipped.h"
+#include "itn/shipped.h"
 
 // The assembler reads the files: no compiler takes megabytes of literals gladly. ITN_SHIPPED_...: their paths.
 #define EMBED(name, file)                           \
@@ -14,12 +14,10 @@
       "  .previous\n")
 
 EMBED("itn_shipped_network", ITN_SHIPPED_NETWORK);
-EMBED("itn_shipped_judge", ITN_SHIPPED_JUDGE);
 EMBED("itn_shipped_photo_network", ITN_SHIPPED_PHOTO_NETWORK);
 EMBED("itn_shipped_photo_judge", ITN_SHIPPED_PHOTO_JUDGE);
 
 extern "C" const char itn_shipped_network[], itn_shipped_network_end[];
-extern "C" const char itn_shipped_judge[], itn_shipped_judge_end[];
 extern "C" const char itn_shipped_photo_network[], itn_shipped_photo_network_end[];
 extern "C" const char itn_shipped_photo_judge[], itn_shipped_photo_judge_end[];
 
@@ -27,10 +25,6 @@ namespace itn {
 
 std::string_view shipped_network() {
   return {itn_shipped_network, static_cast<std::size_t>(itn_shipped_network_end - itn_shipped_network)};
-}
-
-std::string_view shipped_judge() {
-  return {itn_shipped_judge, static_cast<std::size_t>(itn_shipped_judge_end - itn_shipped_judge)};
 }
 
 std::string_view shipped_photo_network() {

@@ -7,7 +7,7 @@
 #include <limits>
 #include <string>
 
-#include "runtime/base/error.h"
+#include "itn/error.h"
 #include "runtime/base/parallel.h"
 
 namespace itn {

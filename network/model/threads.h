@@ -1,4 +1,4 @@
-// How many threads the network's layers use, and those that make what it sees: the bits of its gradients depend on it
+// Number of threads that the network's layers and the making of its inputs use: the bits of its gradients depend on it
 // (README.md).
 #pragma once
 

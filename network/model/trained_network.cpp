@@ -1,13 +1,13 @@
-#include "network/model/trained_network.h"
+#include "itn/trained_network.h"
 
 #include <fmt/format.h>
 
 #include <filesystem>
 
-#include "network/model/network_file.h"
-#include "network/model/shipped.h"
-#include "runtime/base/error.h"
-#include "runtime/base/file.h"
+#include "itn/error.h"
+#include "itn/file.h"
+#include "itn/network_file.h"
+#include "itn/shipped.h"
 #include "runtime/base/fingerprint.h"
 
 namespace itn {
@@ -28,7 +28,6 @@ std::string file_of(const std::string& run) {
 // The bytes of a network that ships with the program; empty: there is none of this name.
 std::string_view shipped(const std::string& run) {
   if (run == shipped_run) return shipped_network();
-  if (run == shipped_run_judge) return shipped_judge();
   if (run == shipped_photos_run) return shipped_photo_network();
   if (run == shipped_photos_judge) return shipped_photo_judge();
   return {};

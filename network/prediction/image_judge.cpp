@@ -2,14 +2,13 @@
 
 #include <fmt/format.h>
 
-#include "network/model/trained_network.h"
+#include "itn/trained_network.h"
 
 namespace itn {
 
 std::optional<ImageJudge> ImageJudge::of(const std::string& run, const NetworkDescription& network,
                                          const std::string& judge) {
   std::string name = judge;
-  if (name.empty() && run == shipped_run) name = shipped_run_judge;
   if (name.empty() && run == shipped_photos_run) name = shipped_photos_judge;
   if (name.empty()) return {};
   ImageJudge result(network_of(name));

@@ -5,15 +5,15 @@
 #include <utility>
 #include <vector>
 
+#include "itn/network.h"
 #include "network/model/input.h"
-#include "network/model/network.h"
 #include "network/training/judge.h"
 
 namespace itn {
 
 class ImageJudge {
  public:
-  // judge: a RUN; empty: the judge that ships with the network of `run`, of other networks none. Throws as
+  // judge: a RUN; empty: the judge that ships with `shipped-photos`, for other networks none. Throws as
   // network_of(), and UsageError: it does not see what the network sees.
   static std::optional<ImageJudge> of(const std::string& run, const NetworkDescription& network,
                                       const std::string& judge = "");

@@ -2,12 +2,13 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <vector>
 
+#include "itn/error.h"
 #include "kernels/shared/environment_layout.h"
 #include "network/dataset/dataset_light.h"
 #include "network/dataset/shape_buffers.h"
-#include "runtime/base/error.h"
 #include "runtime/scene/box.h"
 #include "runtime/scene/transform.h"
 
@@ -54,6 +55,14 @@ void film_for_network(Scene& scene, int sensor, int size, const std::string& who
     throw UsageError(
         fmt::format("{}: the network sees square images, the scene's sensor takes {} x {} of {} x {} pixels", who,
                     camera.crop_width, camera.crop_height, camera.width, camera.height));
+  const bool is_ideal =
+      camera.principal_x == 0 && camera.principal_y == 0 && camera.pixel_aspect == 1 &&
+      std::all_of(camera.distortion.begin(), camera.distortion.end(), [](double k) { return k == 0; });
+  if (!is_ideal)
+    throw UsageError(
+        who +
+        ": the network learnt from cameras without distortion whose axis is in the middle of the film, and "
+        "the scene's is another one; undistort the image, and give a scene with such a camera");
   camera.width = camera.height = camera.crop_width = camera.crop_height = size;
 }
 

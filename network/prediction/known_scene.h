@@ -4,8 +4,8 @@
 #include <span>
 #include <string>
 
+#include "itn/scene.h"
 #include "network/model/input.h"
-#include "runtime/scene/scene.h"
 
 namespace itn {
 

@@ -5,13 +5,13 @@
 #include <algorithm>
 #include <optional>
 
-#include "network/model/distribution.h"
+#include "itn/distribution.h"
+#include "itn/error.h"
+#include "itn/parameters.h"
+#include "itn/trained_network.h"
 #include "network/model/random.h"
-#include "network/model/trained_network.h"
 #include "network/prediction/image_judge.h"
 #include "network/prediction/known_scene.h"
-#include "runtime/base/error.h"
-#include "runtime/scene/parameters.h"
 
 namespace itn {
 namespace {

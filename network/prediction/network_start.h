@@ -3,13 +3,13 @@
 #include <string>
 #include <vector>
 
-#include "runtime/image/photo.h"
+#include "itn/photo.h"
+#include "itn/scene.h"
 #include "runtime/inverse/prior.h"
-#include "runtime/scene/scene.h"
 
 namespace itn {
 
-// What a network that says a distribution (network/model/distribution.h) knows of the scene's parameters.
+// What a network that says a distribution (include/itn/distribution.h) knows of the scene's parameters.
 struct NetworkGuess {
   std::vector<std::string> parameters;       // of single numbers; none: the network says no distribution
   std::vector<std::vector<double>> samples;  // of the distribution inside the network's ranges: values, one a parameter

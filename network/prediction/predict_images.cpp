@@ -10,13 +10,12 @@
 #include <optional>
 #include <utility>
 
+#include "itn/error.h"
+#include "itn/trained_network.h"
 #include "network/dataset/dataset_scene.h"
-#include "network/model/trained_network.h"
 #include "network/prediction/image_judge.h"
 #include "network/prediction/known_scene.h"
-#include "network/prediction/scene_likeness.h"
 #include "network/training/dataset_examples.h"
-#include "runtime/base/error.h"
 
 namespace itn {
 namespace {
@@ -50,8 +49,6 @@ class Known {
 
   // What the scene's medium is inside of; none without a scene.
   const std::optional<Body>& body() const { return body_; }
-
-  const SceneView* view() const { return view_ ? &*view_ : nullptr; }
 
   struct Looked {
     Photographs photographs;
@@ -161,12 +158,6 @@ void check_files(const std::string& option, const std::vector<std::string>& file
 }
 
 void check(const PredictionRequest& request, const NetworkDescription& network) {
-  if (request.showing.exemplars > 0 && !request.scene)
-    throw UsageError("--exemplars: the network is shown renderings of a scene; which one (--scene)?");
-  if (request.showing.exemplars > 0 && !is_plain(network))
-    throw UsageError(fmt::format("--exemplars: {} {}; it cannot be shown a scene", request.run, beyond_plain(network)));
-  if (request.showing.exemplars > 0 && !request.judge.empty())
-    throw UsageError("--exemplars: the renderings tell whether images are like the scene; leave out --judge");
   const Needs needs(network);
   const bool one_by_one = !request.shape_buffers.empty() || !request.light.empty();
   const bool by_set = !request.dataset.empty() && !request.test_images;
@@ -205,16 +196,6 @@ std::string saturation_warning(const std::string& file, double saturated) {
       file, 100 * saturated);
 }
 
-// Of a network that was shown the scene.
-std::string unlike_scene_warning(const std::string& file, const Verdict& verdict) {
-  if (!verdict.doubted) return {};
-  return fmt::format(
-      "{}: is unlike the scene, whatever the material (doubt {:.1f}; few right ones are above {:.1f}): are shape, "
-      "light, boundary and camera the scene's, is it sharp, exposed as the scene is, and nowhere cut off? What is "
-      "said of it may be far off",
-      file, verdict.doubt, SceneLikeness::limit);
-}
-
 // Of one image after another.
 class ImagePredictor {
  public:
@@ -225,9 +206,9 @@ class ImagePredictor {
         cancel_(cancel),
         each_(each),
         network_(network_of(request.run)),
-        result_{network_.description(), {}, false, 0, {}} {
+        result_{network_.description(), {}, false, {}} {
     check(request, result_.network);
-    if (request.showing.exemplars == 0) judge_ = ImageJudge::of(request.run, result_.network, request.judge);
+    judge_ = ImageJudge::of(request.run, result_.network, request.judge);
     known_.emplace(request, result_.network);
     if (judge_ && (judge_->description().size != result_.network.size ||
                    std::fabs(judge_->description().cut_out - result_.network.cut_out) > 1e-6))
@@ -236,28 +217,6 @@ class ImagePredictor {
   }
 
   PredictedImages all() {
-    if (request_.showing.exemplars > 0)
-      by_exemplars();
-    else
-      by_network();
-    return std::move(result_);
-  }
-
- private:
-  void by_exemplars() {
-    std::vector<ResampledImage> photos;
-    for (const std::string& file : request_.images)
-      photos.push_back(read_resampled_luminance(file, result_.network.size, request_.photo));
-    const SceneToShow scene{*request_.scene, request_.sensor, 0,
-                            *known_->body(), known_->view(),  "--scene " + request_.scene->file};
-    const auto each = [&](const ShownAnswer& answer) {
-      if (answer.verdict) result_.doubt_limit = SceneLikeness::limit;
-      add(answer.parameters, answer.verdict, photos[result_.images.size()].saturated);
-    };
-    result_.exemplars_spp = show_scene(network_, scene, photos, request_.showing, cancel_, each);
-  }
-
-  void by_network() {
     if (judge_) result_.doubt_limit = judge_->description().limit;
     std::vector<float> input(network_.image_values());
     for (std::size_t k = 0; k < request_.images.size(); ++k) {
@@ -268,8 +227,10 @@ class ImagePredictor {
       network_input(result_.network, seen, input);
       add(estimates_of(network_.forward(input, 1), result_.network), verdict, saturated);
     }
+    return std::move(result_);
   }
 
+ private:
   // The next image.
   void add(std::vector<ParameterEstimate> parameters, const std::optional<Verdict>& verdict, double saturated) {
     if (cancel_) throw Interrupted();
@@ -288,11 +249,7 @@ class ImagePredictor {
   }
 
   std::string doubt_warning(const ImagePrediction& image) const {
-    if (!image.verdict) return {};
-    if (!judge_) return unlike_scene_warning(image.file, *image.verdict);
-    const std::string warning = judge_->warning(image.file, *image.verdict);
-    const bool can_be_shown = !warning.empty() && is_plain(result_.network);
-    return can_be_shown ? warning + "; --exemplars shows the network the scene" : warning;
+    return image.verdict ? judge_->warning(image.file, *image.verdict) : "";
   }
 
   const PredictionRequest& request_;

@@ -6,11 +6,10 @@
 #include <string>
 #include <vector>
 
-#include "network/model/distribution.h"
-#include "network/prediction/shown_scene.h"
+#include "itn/distribution.h"
+#include "itn/photo.h"
+#include "itn/scene.h"
 #include "network/training/judge.h"
-#include "runtime/image/photo.h"
-#include "runtime/scene/scene.h"
 
 namespace itn {
 
@@ -33,9 +32,8 @@ struct PredictionRequest {
   // scene, whose unit of length it is in. 0: not known.
   double longest_side_mm = 0;
   PhotoOptions photo = {};
-  Showing showing = {};  // of the scene
   // RUN of the judge (network/training/judge.h) that says whether images are like those that the network learnt from;
-  // empty: that of a shipped network, else none.
+  // empty: the one that ships with `shipped-photos`, else none.
   std::string judge = {};
 };
 
@@ -43,15 +41,14 @@ struct ImagePrediction {
   std::string file;
   // Where it, or its flash's, is saturated in more than a few pixels, and where the judge doubts.
   std::vector<std::string> warnings;
-  std::vector<ParameterEstimate> parameters;  // of the network's outputs; intervals too where it is shown the scene
-  std::optional<Verdict> verdict;             // of the judge, or of renderings that the network was shown
+  std::vector<ParameterEstimate> parameters;  // one an output of the network
+  std::optional<Verdict> verdict;             // of the judge
 };
 
 struct PredictedImages {
   NetworkDescription network;
   std::optional<double> doubt_limit;  // of the images' verdicts
   bool in_scene = false;              // sigma_t is in 1 / scene unit, else 1 / mm
-  int exemplars_spp = 0;              // samples a pixel of what the network was shown; 0: nothing
   std::vector<ImagePrediction> images;
 };
 

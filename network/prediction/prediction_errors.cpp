@@ -5,8 +5,8 @@
 #include <filesystem>
 #include <limits>
 
+#include "itn/error.h"
 #include "network/training/dataset_examples.h"
-#include "runtime/base/error.h"
 
 namespace itn {
 namespace {

@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "network/model/tensor.h"
+#include "itn/tensor.h"
 
 namespace itn {
 

@@ -2,11 +2,11 @@
 #include <cstdint>
 #include <nlohmann/json.hpp>
 
-#include "network/model/network_file.h"
-#include "network/model/safetensors.h"
+#include "itn/error.h"
+#include "itn/file.h"
+#include "itn/network_file.h"
+#include "itn/safetensors.h"
 #include "network/training/trainer.h"
-#include "runtime/base/error.h"
-#include "runtime/base/file.h"
 #include "runtime/base/fingerprint.h"
 #include "runtime/base/json_text.h"
 
@@ -25,7 +25,7 @@ void add(Safetensors& content, const std::string& prefix, const std::vector<Tens
   for (const Tensor& tensor : tensors) content.tensors.push_back({prefix + tensor.name, tensor.shape, tensor.values});
 }
 
-// Of all numbers and of how far training was: a bit that has changed since would go on unseen.
+// Checksum over all numbers and the progress: a bit that has changed since would go on unseen.
 std::string checksum(const Safetensors& content, const std::string& progress) {
   std::uint64_t sum = fingerprint(progress);
   for (const Tensor& tensor : content.tensors)

@@ -10,10 +10,10 @@
 #include <mutex>
 #include <utility>
 
+#include "itn/error.h"
 #include "network/dataset/dataset_scene.h"
 #include "network/dataset/stored_image.h"
 #include "network/model/random.h"
-#include "runtime/base/error.h"
 #include "runtime/base/parallel.h"
 
 namespace itn {

@@ -13,7 +13,7 @@
 
 namespace itn {
 
-// What of a set's files is wanted.
+// Channels to read from a set's files.
 struct Wanted {
   int colours = 1;  // of the radiance: 1, luminance, or 3
   bool flash = false, shapes = false;
@@ -50,16 +50,16 @@ double mean_luminance(const DatasetImages& images);
 // The set's parameters: sigma_t, albedo and g, or in colours sigma_t.R and so on.
 std::vector<std::string> parameters_of(const Manifest::Image& image);
 
-// Of luminance the default ranges, as far as they go, made wide enough for every parameter of the images; in colours,
-// and of a sigma_t whose differences count, those of the images.
+// Ranges of the outputs. For luminance the default ranges, as far as they go, made wide enough for every parameter of
+// the images; in colours, and for a sigma_t whose differences count, those of the images.
 std::vector<OutputRange> output_ranges(const DatasetImages& images);
 
 class DatasetExamples : public Examples {
  public:
-  // How images are changed so that more is learnt from them.
+  // Augmentation of the images.
   struct Variation {
     bool mirrored = false;  // after all of them their mirror images, left for right, follow as examples of their own
-    double noise = 0;       // every look has normal noise of its own, of up to so many of the image's standard errors
+    double noise = 0;       // normal noise added at every epoch anew, of up to so many of the image's standard errors
     std::uint64_t seed = 0;
   };
 
@@ -72,7 +72,7 @@ class DatasetExamples : public Examples {
   std::size_t count() const override { return (variation_.mirrored ? 2 : 1) * images_.images.size(); }
   void read(std::size_t index, std::uint64_t look, std::span<float> image, std::span<double> truth) const override;
 
-  // What an example is made of, not mirrored; those from originals() on are to be.
+  // The photographs of an example, not mirrored; examples from originals() on are to be mirrored.
   Photographs photographs(std::size_t index, std::uint64_t look) const;
   std::size_t originals() const { return images_.images.size(); }
   // An example, before originals(), of another shape than that of `index`; of another image where there is one shape.

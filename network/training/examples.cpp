@@ -2,8 +2,8 @@
 
 #include <cmath>
 
+#include "itn/error.h"
 #include "network/model/threads.h"
-#include "runtime/base/error.h"
 #include "runtime/base/parallel.h"
 
 namespace itn {

@@ -1,11 +1,11 @@
-// What is learnt from: images, and the parameters that they were made with.
+// Training data: images, and the parameters that they were made with.
 #pragma once
 #include <cstddef>
 #include <cstdint>
 #include <span>
 #include <vector>
 
-#include "network/model/network.h"
+#include "itn/network.h"
 
 namespace itn {
 

@@ -7,8 +7,8 @@
 #include <numbers>
 #include <utility>
 
+#include "itn/error.h"
 #include "network/model/input.h"
-#include "runtime/base/error.h"
 #include "runtime/base/random.h"
 
 namespace itn {
@@ -49,7 +49,8 @@ void for_each_plane(std::vector<float>& planes, int size, const Each& each) {
   }
 }
 
-// What is (x, y) pixels to the right and below of each, between the four nearest; the edge beyond the edge.
+// Each pixel becomes the one (x, y) pixels to the right and below, interpolated between the four nearest; beyond the
+// edge the edge.
 std::vector<float> shifted(const std::vector<float>& plane, int size, double x, double y) {
   std::vector<float> result(plane.size());
   const auto at = [&](int column, int row) {
@@ -274,7 +275,7 @@ const std::array<Fault, 12> faults{{
     {"displaced", Fault::Needs::shape, 2, 1, displace_shape},
     // of another object
     {"others_shape", Fault::Needs::shape, 2, 1, take_others_shape},
-    // what is known of the light is turned about the vertical by 20 to 90 degrees
+    // the known direction of the light is rotated about the vertical by 20 to 90 degrees
     {"light", Fault::Needs::light, 8, 1, turn_light},
 }};
 

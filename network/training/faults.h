@@ -1,12 +1,12 @@
-// What goes wrong with photographs, done to ones that are right: a judge (judge.h) learns to tell the two apart.
+// Corruptions of photographs, applied to sound ones: a judge (judge.h) learns to tell the two apart.
 #pragma once
 #include <array>
 #include <cstdint>
 #include <functional>
 #include <vector>
 
+#include "itn/network.h"
 #include "network/model/input.h"
-#include "network/model/network.h"
 
 namespace itn {
 
@@ -14,7 +14,7 @@ class Draws;                                  // random numbers
 using Others = std::function<Photographs()>;  // of another shape
 
 struct Fault {
-  // What has to be there, and what the network has to see or to know of it.
+  // The data that must be there for it, and that the network has to see or to know.
   enum class Needs { photo, exposure, flash, mask, shape, light };
   const char* name;
   Needs needs;
@@ -26,10 +26,11 @@ struct Fault {
 
 extern const std::array<Fault, 12> faults;
 
-// Those that photographs can have of which a network sees this much.
+// The corruptions that a network with these inputs can recognize.
 std::vector<Fault> faults_of(const NetworkDescription& network);
 
-// The same numbers for the same seed and stream. Throws UsageError: a fault that needs what is not there.
+// Applies a corruption: the same numbers for the same seed and stream. Throws UsageError: it needs data that are not
+// there.
 void spoil(Photographs& photographs, const Fault& fault, const Others& others, std::uint64_t seed,
            std::uint64_t stream);
 

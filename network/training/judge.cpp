@@ -7,9 +7,9 @@
 #include <cmath>
 #include <utility>
 
-#include "network/model/loss.h"
+#include "itn/error.h"
+#include "itn/loss.h"
 #include "network/model/random.h"
-#include "runtime/base/error.h"
 
 namespace itn {
 namespace {

@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "network/model/network.h"
+#include "itn/network.h"
 #include "network/training/dataset_examples.h"
 #include "network/training/faults.h"
 #include "network/training/prediction.h"

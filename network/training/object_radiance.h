@@ -1,4 +1,4 @@
-// What an image's loss is relative to.
+// The radiance to which an image's loss is relative.
 #pragma once
 #include "network/training/dataset_examples.h"
 

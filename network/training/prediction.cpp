@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numeric>
 
-#include "network/model/distribution.h"
+#include "itn/distribution.h"
 #include "runtime/base/statistics.h"
 
 namespace itn {

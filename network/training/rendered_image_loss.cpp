@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <map>
 
+#include "itn/error.h"
 #include "network/dataset/rendered_loss.h"
 #include "network/training/object_radiance.h"
-#include "runtime/base/error.h"
 #include "runtime/base/random.h"
 
 namespace itn {

@@ -6,8 +6,8 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
+#include "itn/loss.h"
 #include "network/dataset/manifest.h"
-#include "network/model/loss.h"
 #include "network/training/dataset_examples.h"
 
 namespace itn {

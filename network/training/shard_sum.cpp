@@ -34,7 +34,7 @@ std::vector<float> ShardSum::over(Ranks& ranks, std::size_t values) {
   const std::ptrdiff_t mine = begin(rank + 1) - begin(rank);
   ShardSum all(shards_);
   for (std::size_t r = 0; r < count; ++r) {
-    // Which sums wait on a rank follows from its shards.
+    // The sums that wait on a rank follow from its shards.
     ShardSum there(shards_);
     for (std::size_t s = share_begin(shards_, r, count); s < share_begin(shards_, r + 1, count); ++s) there.add(s, {});
     const auto numbers = numbers_of<float>(received[r]);

@@ -6,9 +6,9 @@
 #include <span>
 #include <utility>
 
+#include "itn/error.h"
 #include "network/model/random.h"
 #include "network/training/shard_sum.h"
-#include "runtime/base/error.h"
 #include "runtime/base/ranks.h"
 #include "runtime/base/seconds_since.h"
 
@@ -32,7 +32,7 @@ void check(const Examples& training, const Examples& validation, const TrainingO
   require(options.patience >= 0, "the patience must be 0 or above");
   require(options.shards >= 1 && options.batch % options.shards == 0, "the shards must divide the batch evenly");
   require(world().count() <= options.shards,
-          "in several processes it needs a shard (--shards) for each: the numbers depend on how many shards there are, "
+          "in several processes it needs a shard for each (shards): the numbers depend on how many shards there are, "
           "and not on the processes");
   require(training.count() >= static_cast<std::size_t>(options.batch), "fewer examples than a batch has");
   require(validation.count() >= 1, "no examples for the validation");

@@ -17,8 +17,8 @@
 #include <string>
 #include <vector>
 
-#include "network/model/loss.h"
-#include "network/model/network.h"
+#include "itn/loss.h"
+#include "itn/network.h"
 #include "network/training/adam.h"
 #include "network/training/examples.h"
 
@@ -63,7 +63,7 @@ class Trainer {
   const TrainingOptions& options() const { return options_; }
   std::uint64_t steps() const { return adam_.state().steps; }
   std::uint64_t steps_in_epoch() const;
-  // What this object's steps have taken [s].
+  // Time that this object's steps have taken [s].
   struct Times {
     double network = 0;  // forward, backward, optimizer
     double image_loss = 0;
@@ -73,7 +73,7 @@ class Trainer {
 
   const std::vector<EpochLosses>& curve() const { return curve_; }  // of the epochs that are complete
 
-  // Which epoch had the least validation loss, and its weights. Before the first epoch ends there is none.
+  // The epoch of least validation loss, and its weights. Before the first epoch ends there is none.
   std::size_t best_epoch() const { return best_epoch_; }
   const std::vector<Tensor>& best_weights() const { return best_weights_; }  // none: empty
   void restore_best();
@@ -87,7 +87,7 @@ class Trainer {
 
  private:
   std::vector<std::size_t> next_examples();
-  // Of the batch: the loss, and in the network the gradient by its weights.
+  // The batch's loss; the gradient by the weights is then in the network.
   EpochLosses differentiate(const std::vector<std::size_t>& examples);
   EpochLosses differentiate_in_shards(const std::vector<std::size_t>& examples);
   ImageLoss::Result image_loss_of_all(const std::vector<std::size_t>& examples);

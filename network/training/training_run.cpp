@@ -5,14 +5,14 @@
 #include <algorithm>
 #include <filesystem>
 
-#include "network/model/network_file.h"
+#include "itn/error.h"
+#include "itn/file.h"
+#include "itn/network_file.h"
+#include "itn/trained_network.h"
+#include "itn/version.h"
 #include "network/model/threads.h"
-#include "network/model/trained_network.h"
 #include "network/training/prediction.h"
-#include "runtime/base/error.h"
-#include "runtime/base/file.h"
 #include "runtime/base/json_text.h"
-#include "runtime/base/version.h"
 
 namespace itn {
 namespace {
@@ -27,19 +27,20 @@ TrainingRequest completed(TrainingRequest request) {
     if (request.data.empty()) throw UsageError("training: needs a data set");
     return request;
   }
-  if (!request.data.empty()) throw UsageError("--unlabelled: takes the place of labelled data sets; give either");
+  if (!request.data.empty()) throw UsageError("unlabelled: takes the place of labelled data sets; give either");
   if (request.kind != "itn")
-    throw UsageError("--unlabelled: needs --network itn: without labels there are only images to learn from");
-  if (request.init.empty()) throw UsageError("--unlabelled: needs a network to begin with (--init RUN)");
+    throw UsageError("unlabelled: only the network itn learns from it: without labels there are only images; need itn");
+  if (request.init.empty()) throw UsageError("unlabelled: needs a network to begin with; give the run of one (init)");
   request.data = {request.unlabelled};
   return request;
 }
 
 // Reads the sets to learn from: complete, of images of the same size and scale, each there once.
 std::vector<Manifest> read_sets(const TrainingRequest& request) {
-  if (request.distribution && request.kind != "rn") throw UsageError("--distribution: only rn learns one");
+  if (request.distribution && request.kind != "rn") throw UsageError("distribution: only rn learns one; leave it out");
   if (!adds_image_loss(request.kind) && request.lambda)
-    throw UsageError("--lambda: " + request.kind + " has no image loss to weigh");
+    throw UsageError("weight of the image loss (lambda): " + request.kind +
+                     " has no image loss to weigh; leave it out");
   const bool renders = adds_image_loss(request.kind);
   if (request.data.size() > 1 && renders)
     throw UsageError(request.kind + ": its image loss needs one data set; only rn learns from several");
@@ -94,7 +95,7 @@ DatasetImages read_images(const std::vector<std::string>& folders, const std::ve
 
 RunFolder open_folder(const std::string& folder) { return {folder, "run.json", "itn.run/1", "a training"}; }
 
-// Of the training that the folder holds.
+// Number of threads of the training that the folder holds.
 int stored_threads(const StoredRun& run) {
   constexpr int most = 1024;
   const Json threads = run.before("request").value("threads", Json(1));
@@ -145,7 +146,7 @@ TrainingOptions training_options(const TrainingRequest& r, const std::vector<Man
   return options;
 }
 
-// What the network, of a data set's three parameters, says takes the place of the images' materials.
+// Replaces the images' materials by the predictions of a network for a data set's three parameters.
 void label(DatasetImages& images, Network& network) {
   const Predictions said = predict(network, DatasetExamples(images, network.description()));
   for (std::size_t i = 0; i < images.images.size(); ++i) {
@@ -160,11 +161,11 @@ void set_distribution(NetworkDescription& description, bool wanted) {
   description.spread.assign(wanted ? description.outputs.size() : 0, 1);
 }
 
-// What a new network sees.
+// Sets the inputs of a new network.
 void set_inputs(NetworkDescription& description, const TrainingRequest& request, const Manifest& set) {
   if (request.cut_out && std::find(request.inputs.begin(), request.inputs.end(), "mask") == request.inputs.end())
-    throw UsageError("--cut-out: by which mask? Let the network see it: --inputs image,mask");
-  if (request.channels && !request.inputs.empty()) throw UsageError("--inputs, --channels: give either");
+    throw UsageError("cut_out: needs a mask to cut the object out by; let the network see one (inputs image,mask)");
+  if (request.channels && !request.inputs.empty()) throw UsageError("inputs, channels: give either");
   if (request.channels) description.channels = *request.channels;
   if (request.channels || (request.inputs.empty() && !set.in_colours)) return;
   description.inputs.clear();
@@ -201,14 +202,13 @@ Network first_network(const TrainingRequest& request, const std::optional<Networ
     return network;
   }
   const auto check = [&](const char* name, const std::optional<int>& wanted, int is) {
-    if (wanted && *wanted != is)
-      throw UsageError(fmt::format("--{} {}: the network of --init has {}", name, *wanted, is));
+    if (wanted && *wanted != is) throw UsageError(fmt::format("{} {}: the network of init has {}", name, *wanted, is));
   };
   check("channels", request.channels, init->description().channels);
   if (is_judge(init->description()) != (request.kind == judge_kind))
-    throw UsageError("--init: judges and networks that tell materials begin with their own kind alone");
+    throw UsageError("init: judges and networks that tell materials begin with their own kind alone");
   if (!request.inputs.empty() || request.exposure || request.cut_out)
-    throw UsageError("--inputs, --exposure, --cut-out: what the network of --init sees stays");
+    throw UsageError("inputs, exposure, cut_out: what the network of init sees stays; leave them out");
   check("width", request.width, init->description().width);
   NetworkDescription description = init->description();
   description.kind = request.kind;

@@ -18,7 +18,7 @@
 #include <string>
 #include <vector>
 
-#include "network/model/network.h"
+#include "itn/network.h"
 #include "network/training/dataset_examples.h"
 #include "network/training/judge.h"
 #include "network/training/rendered_image_loss.h"
@@ -83,7 +83,7 @@ class TrainingRun {
   // After the first epoch: the weights that validate best. A distribution's spread is calibrated.
   Network best();
   bool has_image_loss() const { return image_loss_ != nullptr; }
-  // Of a judge, once concluded: how it does on the validation images.
+  // Errors of a judge on the validation images, once concluded.
   const JudgeErrors* judged() const { return judges() && concluded_ ? &judged_ : nullptr; }
   bool labelled() const { return request_.unlabelled.empty(); }
   // Without labels: the validation loss, which is by images then, of the network of `init`.

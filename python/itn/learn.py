@@ -111,8 +111,8 @@ class Prediction:
     """What a network says about images: of each output an array, a number an image.
 
     intervals: of each output (images, 2), the ends of its 95 % interval; empty of a network that says no distribution. doubt: a number
-    an image, of the judge or of the exemplars where there are any (and the images tell their noise), else None; above doubt_limit, as
-    few right ones are, an image is unlike what the network learnt from, or unlike the scene."""
+    an image, of the judge where there is one, else None; above doubt_limit, as few right ones are, an image is unlike what the network
+    learnt from."""
 
     parameters: dict[str, np.ndarray]
     intervals: dict[str, np.ndarray]
@@ -139,8 +139,7 @@ class Prediction:
 
 def predict(images: Any, network: str | os.PathLike = "shipped", *, scene: Scene | None = None, sensor: int = 0,
             dataset: str | os.PathLike | None = None, shape_buffers: str | os.PathLike | None = None,
-            light: Sequence[float] = (), mask: Any = (), flash: Any = (), exemplars: int = 0, spp: int = 0,
-            longest_side: float = 0, judge: str | os.PathLike = "", seed: int = 0,
+            light: Sequence[float] = (), mask: Any = (), flash: Any = (), longest_side: float = 0, judge: str | os.PathLike = "",
             progress: bool | Callable[[float], object] | None = None) -> Prediction:
     """Parameters for images by a network, with 95 % intervals where it says them: `itn predict`.
 
@@ -148,13 +147,11 @@ def predict(images: Any, network: str | os.PathLike = "shipped", *, scene: Scene
     list. network: the one that ships with the program, a folder that training wrote, or a .safetensors file. scene: of what
     the images show: gives shape, light and the unit of length. For networks that know shape and light also: dataset, the
     folder that the images belong to; or shape_buffers and light, as of the command. For those that see a mask or the light of a
-    flash: mask and flash, of every image a file or an array, the flash's of the same exposure with the flash on. exemplars: show the network so many
-    renderings of the scene (12 to 128), of other materials each, and one more for each image, where its material was found, with
-    spp samples a pixel (0: as noisy as the images): what it answers to these says what its answer to an image means in this scene, and how surely, and whether the image is like the scene at all. longest_side: of the object
+    flash: mask and flash, of every image a file or an array, the flash's of the same exposure with the flash on. longest_side: of the object
     [mm]: sigma_t is told for it; 0: for one as large as those of the network's data set. Images of networks that see the
     object alone (`cut_out`) need not be square: they see the square around the mask. judge: a network that training with "judge"
-    made, which says how much it doubts that images are like those that the network learnt from; the networks that ship have
-    their own."""
+    made, which says how much it doubts that images are like those that the network learnt from; `shipped-photos` has its
+    own."""
     with tempfile.TemporaryDirectory() as temporary, shown(progress, "predict") as done:
         def as_files(images: Any, kind: str) -> list[str]:
             several = images if isinstance(images, (list, tuple)) else [images]
@@ -163,8 +160,8 @@ def predict(images: Any, network: str | os.PathLike = "shipped", *, scene: Scene
         files = as_files(images, "image")
         result = _itn.predict(files, os.fspath(network), scene._scene if scene else None, sensor,
                               os.fspath(dataset or ""), os.fspath(shape_buffers or ""), list(map(float, light)),
-                              as_files(mask, "mask"), as_files(flash, "flash"), exemplars, spp, longest_side,
-                              os.fspath(judge), seed_number(seed), done)
+                              as_files(mask, "mask"), as_files(flash, "flash"), longest_side,
+                              os.fspath(judge), done)
     tell(result["warnings"])
     names = [output[0] for output in result["network"]["outputs"]]
     numbers = np.array(result["parameters"]).reshape(len(files), len(names), 3)

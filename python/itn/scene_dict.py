@@ -21,7 +21,7 @@ from .warning import tell
 _PLUGINS = {
     "integrator": "path direct direct_projective volpath volpathmis ptracer prb prb_basic prb_projective prbvolpath aov depth "
                   "moment stokes",
-    "sensor": "perspective orthographic thinlens radiancemeter irradiancemeter distant",
+    "sensor": "perspective opencv orthographic thinlens radiancemeter irradiancemeter distant",
     "film": "hdrfilm specfilm",
     "rfilter": "box tent gaussian mitchell catmullrom lanczos",
     "sampler": "independent stratified multijitter orthogonal ldsampler",

@@ -2,7 +2,7 @@
 
 #include <nanobind/stl/string.h>
 
-#include "runtime/base/version.h"
+#include "itn/version.h"
 
 namespace itn::python {
 namespace {

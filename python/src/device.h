@@ -6,7 +6,7 @@
 #include <mutex>
 #include <string>
 
-#include "runtime/render/device/device.h"
+#include "itn/device.h"
 
 namespace itn::python {
 

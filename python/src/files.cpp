@@ -5,9 +5,9 @@
 #include <nanobind/stl/string.h>
 #include <nanobind/stl/vector.h>
 
+#include "itn/error.h"
+#include "itn/exr.h"
 #include "python/src/arrays.h"
-#include "runtime/base/error.h"
-#include "runtime/image/exr.h"
 #include "runtime/scene/mesh/mesh_file.h"
 #include "runtime/scene/mesh/mesh_topology.h"
 #include "runtime/scene/mesh/shape_meshes.h"

@@ -7,11 +7,11 @@
 
 #include <nlohmann/json.hpp>
 
+#include "itn/error.h"
 #include "python/src/arrays.h"
 #include "python/src/renderers.h"
 #include "python/src/target.h"
 #include "python/src/warning.h"
-#include "runtime/base/error.h"
 #include "runtime/inverse/measured_loss.h"
 #include "runtime/render/derivative_check.h"
 #include "runtime/render/rendering_warnings.h"

@@ -10,6 +10,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "itn/error.h"
 #include "network/prediction/network_start.h"
 #include "python/src/arrays.h"
 #include "python/src/device.h"
@@ -17,7 +18,6 @@
 #include "python/src/scene.h"
 #include "python/src/target.h"
 #include "python/src/warning.h"
-#include "runtime/base/error.h"
 #include "runtime/inverse/forward_model.h"
 #include "runtime/inverse/gauss_newton/numbers_inversion.h"
 #include "runtime/inverse/textures/stored_texture_inversion.h"

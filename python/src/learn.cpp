@@ -9,14 +9,16 @@
 #include <mutex>
 #include <nlohmann/json.hpp>
 
+#include "itn/error.h"
+#include "itn/loss.h"
+#include "itn/trained_network.h"
+#include "itn/version.h"
 #include "network/dataset/config.h"
 #include "network/dataset/render_dataset.h"
 #include "network/evaluation/report.h"
 #include "network/evaluation/run_evaluation.h"
 #include "network/model/input.h"
-#include "network/model/loss.h"
 #include "network/model/threads.h"
-#include "network/model/trained_network.h"
 #include "network/prediction/predict_images.h"
 #include "network/training/training_run.h"
 #include "python/src/arrays.h"
@@ -24,11 +26,9 @@
 #include "python/src/running.h"
 #include "python/src/scene.h"
 #include "python/src/warning.h"
-#include "runtime/base/error.h"
 #include "runtime/base/folder_lock.h"
 #include "runtime/base/folder_owner.h"
 #include "runtime/base/seconds_since.h"
-#include "runtime/base/version.h"
 
 namespace itn::python {
 namespace {
@@ -94,37 +94,18 @@ nb::object cut_out_arrays(const FloatArray& planes, const FloatArray& mask, int 
                         numpy_array(std::vector<float>(object.mask.mask), {side, side}));
 }
 
-// Exemplars (network/prediction/shown_scene.h) on the device that all calls share, kept for itself as long as this
-// lives.
-class SharedShowing {
- public:
-  SharedShowing(int exemplars, int spp, std::uint64_t seed, Running& running) {
-    if (exemplars == 0) return;
-    device_ = shared_device();
-    lock_ = std::unique_lock(device_->mutex);
-    showing = {exemplars, &device_->device, spp, seed, [&running](double fraction) { running.update(fraction); }};
-  }
-  Showing showing;
-
- private:
-  std::shared_ptr<SharedDevice> device_;
-  std::unique_lock<std::mutex> lock_;
-};
-
 nb::dict predict(const std::vector<std::string>& images, const std::string& run, const SceneObject* scene, int sensor,
                  const std::string& dataset, const std::string& shape_buffers, const std::vector<double>& light,
-                 const std::vector<std::string>& mask, const std::vector<std::string>& flash, int exemplars, int spp,
-                 double longest_side_mm, const std::string& judge, std::uint64_t seed, const nb::object& progress) {
+                 const std::vector<std::string>& mask, const std::vector<std::string>& flash, double longest_side_mm,
+                 const std::string& judge, const nb::object& progress) {
   const std::shared_ptr<const Scene> kept = scene ? scene->scene() : nullptr;
   PredictionRequest request{run, images, kept.get(), sensor, dataset, shape_buffers, light, mask, flash};
   request.longest_side_mm = longest_side_mm;
   request.judge = judge;
   const PredictedImages predicted = interruptible(progress, [&](Running& running) {
     std::size_t done = 0;
-    const SharedShowing shared(exemplars, spp, seed, running);
-    request.showing = shared.showing;
     return predict_images(request, running.cancel(), [&](const NetworkDescription&, const ImagePrediction&) {
-      if (exemplars == 0) running.update(static_cast<double>(++done) / static_cast<double>(images.size()));
+      running.update(static_cast<double>(++done) / static_cast<double>(images.size()));
     });
   });
   nb::list rows, warnings, doubts;  // value, low, high of every parameter
@@ -141,7 +122,7 @@ nb::dict predict(const std::vector<std::string>& images, const std::string& run,
   result["in_scene"] = predicted.in_scene;
   result["parameters"] = rows;
   result["warnings"] = warnings;
-  result["intervals"] = exemplars > 0 || predicted.network.distribution;
+  result["intervals"] = predicted.network.distribution;
   return result;
 }
 
@@ -268,8 +249,7 @@ void bind_learn(nb::module_& module) {
       "file"_a, "size"_a, "Of a square OpenEXR file, at this size.");
   module.def("cut_out", &cut_out_arrays, "planes"_a, "mask"_a, "size"_a, "share"_a);
   module.def("predict", &predict, "images"_a, "run"_a, "scene"_a.none(), "sensor"_a, "dataset"_a, "shape_buffers"_a,
-             "light"_a, "mask"_a, "flash"_a, "exemplars"_a, "spp"_a, "longest_side"_a, "judge"_a, "seed"_a,
-             "progress"_a.none());
+             "light"_a, "mask"_a, "flash"_a, "longest_side"_a, "judge"_a, "progress"_a.none());
   module.def("dataset", &dataset, "config"_a, "folder"_a, "spp"_a, "seed"_a.none(), "progress"_a.none());
   module.def("train", &bind_train, "data"_a, "unlabelled"_a, "kind"_a, "folder"_a, "init"_a, "inputs"_a, "exposure"_a,
              "cut_out"_a, "channels"_a.none(), "width"_a.none(), "threads"_a.none(), "weight_of_images"_a.none(),

@@ -2,6 +2,7 @@
 #include <nanobind/nanobind.h>
 #include <nanobind/stl/string.h>
 
+#include "itn/error.h"
 #include "python/src/device.h"
 #include "python/src/files.h"
 #include "python/src/gradient.h"
@@ -10,7 +11,6 @@
 #include "python/src/render.h"
 #include "python/src/scene.h"
 #include "python/src/target.h"
-#include "runtime/base/error.h"
 
 namespace {
 

@@ -4,9 +4,9 @@
 #include <nanobind/stl/string.h>
 #include <nanobind/stl/vector.h>
 
+#include "itn/error.h"
 #include "python/src/arrays.h"
 #include "python/src/renderers.h"
-#include "runtime/base/error.h"
 #include "runtime/image/preview.h"
 #include "runtime/render/rendering_warnings.h"
 

@@ -8,13 +8,13 @@
 #include <utility>
 #include <vector>
 
+#include "itn/error.h"
+#include "itn/gradient_renderer.h"
+#include "itn/renderer.h"
 #include "python/src/device.h"
 #include "python/src/running.h"
 #include "python/src/scene.h"
-#include "runtime/base/error.h"
 #include "runtime/render/batch_renderer.h"
-#include "runtime/render/gradient_renderer.h"
-#include "runtime/render/renderer.h"
 
 namespace itn::python {
 

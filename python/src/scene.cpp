@@ -8,12 +8,12 @@
 #include <nanobind/stl/unique_ptr.h>
 #include <nanobind/stl/vector.h>
 
+#include "itn/error.h"
+#include "itn/load_scene.h"
+#include "itn/model.h"
+#include "itn/texture_model.h"
 #include "python/src/arrays.h"
 #include "python/src/renderers.h"
-#include "runtime/base/error.h"
-#include "runtime/scene/load.h"
-#include "runtime/scene/model/model.h"
-#include "runtime/scene/model/texture_model.h"
 
 namespace itn::python {
 namespace {

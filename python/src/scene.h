@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "runtime/scene/parameters.h"
-#include "runtime/scene/scene.h"
+#include "itn/parameters.h"
+#include "itn/scene.h"
 
 namespace itn::python {
 

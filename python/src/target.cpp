@@ -7,9 +7,9 @@
 
 #include <cmath>
 
+#include "itn/error.h"
 #include "python/src/arrays.h"
 #include "python/src/scene.h"
-#include "runtime/base/error.h"
 #include "runtime/base/fingerprint.h"
 #include "runtime/image/radiance.h"
 

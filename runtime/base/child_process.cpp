@@ -16,7 +16,7 @@
 #include <fstream>
 #include <limits>
 
-#include "runtime/base/error.h"
+#include "itn/error.h"
 
 namespace itn {
 namespace {

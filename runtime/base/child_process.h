@@ -13,8 +13,8 @@ struct ChildLimits {
   unsigned wall_seconds = 1200;                  // on a busy machine; a reader may also wait for what never comes
 };
 
-// What `work` returns, computed in a child process. Throws InputError: `work` threw an exception (its message), or the
-// child crashed or ran into its limits ("crashes the reader", "takes more than ...").
+// Runs `work` in a child process and returns its result. Throws InputError: `work` threw an exception (its message), or
+// the child crashed or ran into its limits ("crashes the reader", "takes more than ...").
 std::string in_child_process(const std::function<std::string()>& work, const ChildLimits& limits = {});
 
 }  // namespace itn

@@ -1,4 +1,4 @@
-#include "runtime/base/file.h"
+#include "itn/file.h"
 
 #include <fcntl.h>
 #include <sys/file.h>
@@ -14,7 +14,7 @@
 #include <filesystem>
 #include <list>
 
-#include "runtime/base/error.h"
+#include "itn/error.h"
 #include "runtime/base/inputs.h"
 #include "runtime/base/private_file.h"
 #include "runtime/base/retried.h"
@@ -62,7 +62,7 @@ std::atomic<bool> writing{true};
 constexpr std::string_view temporary_mark = ".tmp-";
 constexpr std::size_t temporary_digits = 16;
 
-// Of a file's name: the temporary one must not be too long where that of the file is not.
+// The file's name, shortened so that the temporary name stays within the 255 bytes that a name may have.
 std::string beginning_of(const std::string& name) {
   constexpr std::size_t longest_name = 255;
   return name.substr(0, longest_name - temporary_mark.size() - temporary_digits);
@@ -83,7 +83,7 @@ bool is_temporary(const std::string& name) {
          name.find_first_not_of("0123456789abcdef", name.size() - temporary_digits) == std::string::npos;
 }
 
-// Who may read a new file: those whom the umask lets, or its owner alone.
+// The users who may read a new file: those whom the umask lets, or its owner alone.
 enum class Readers { many, owner };
 
 // An open file that is removed again unless kept.

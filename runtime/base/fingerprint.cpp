@@ -2,7 +2,7 @@
 
 #include <fmt/format.h>
 
-#include "runtime/base/file.h"
+#include "itn/file.h"
 
 namespace itn {
 

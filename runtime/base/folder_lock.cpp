@@ -8,8 +8,8 @@
 #include <cstring>
 #include <filesystem>
 
-#include "runtime/base/error.h"
-#include "runtime/base/file.h"
+#include "itn/error.h"
+#include "itn/file.h"
 #include "runtime/base/retried.h"
 
 namespace itn {

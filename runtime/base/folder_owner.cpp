@@ -3,8 +3,8 @@
 #include <array>
 #include <filesystem>
 
-#include "runtime/base/error.h"
-#include "runtime/base/file.h"
+#include "itn/error.h"
+#include "itn/file.h"
 
 namespace itn {
 

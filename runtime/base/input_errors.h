@@ -1,5 +1,5 @@
 #pragma once
-#include "runtime/base/error.h"
+#include "itn/error.h"
 
 namespace itn {
 

@@ -7,8 +7,8 @@
 #include <stdexcept>
 #include <utility>
 
-#include "runtime/base/error.h"
-#include "runtime/base/file.h"
+#include "itn/error.h"
+#include "itn/file.h"
 #include "runtime/base/fingerprint.h"
 
 namespace itn {

@@ -1,4 +1,4 @@
-// What a command reads: never written over, and a job that was stopped goes on only with the same.
+// The files that a command reads: it never writes over them, and a stopped job resumes only with the same contents.
 #pragma once
 #include <sys/stat.h>
 
@@ -18,10 +18,10 @@ class Inputs {
   Inputs(const Inputs&) = delete;
   Inputs& operator=(const Inputs&) = delete;
 
-  // What is read from here on is the command's own: state that it goes on from.
+  // Later reads do not count as inputs: the command reads its own state to resume from.
   void end();
 
-  // Of each file by the name by which it was read; empty without Keep::fingerprints.
+  // Fingerprints by the name under which each file was read; empty without Keep::fingerprints.
   std::map<std::string, std::string> fingerprints() const;
 };
 

@@ -6,7 +6,7 @@
 #include <string_view>
 #include <utility>
 
-#include "runtime/base/error.h"
+#include "itn/error.h"
 
 namespace itn {
 

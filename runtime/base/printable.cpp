@@ -29,8 +29,8 @@ bool is_control(std::string_view character) {
   return character.size() == 2 && byte(0) == 0xc2 && byte(1) < 0xa0;  // the second set of them, from 0x80
 }
 
-// What turns the direction of writing, so that a message would show other words than it has: U+061C, U+200E and U+200F,
-// U+202A to U+202E, U+2066 to U+2069.
+// Characters that change the writing direction, so that a message would seem to say something else: U+061C, U+200E and
+// U+200F, U+202A to U+202E, U+2066 to U+2069.
 bool turns_text(std::string_view character) {
   return character == "\u061c" || character == "\u200e" || character == "\u200f" ||
          (character >= "\u202a" && character <= "\u202e") || (character >= "\u2066" && character <= "\u2069");
@@ -57,7 +57,7 @@ std::string escaped(std::string_view text, LineEnds line_ends) {
 
 std::string shortened(std::string_view text, std::size_t most, LineEnds line_ends) {
   if (text.size() <= most) return escaped(text, line_ends);
-  // Where it begins says where the fault is, where it ends what to do. Cut between characters.
+  // A message's beginning says where the error is, its end what to do: the middle goes. Cut between characters.
   std::size_t begin = most * 3 / 4, end = text.size() - most / 4;
   const auto is_inside = [&](std::size_t at) { return (static_cast<unsigned char>(text[at]) & 0xc0) == 0x80; };
   for (int i = 0; i < 3 && is_inside(begin); ++i) --begin;

@@ -28,7 +28,7 @@ class Ranks {
   //
   // Returns when all have come here.
   virtual void meet() = 0;
-  // What each rank gives, by rank.
+  // Returns `mine` of every rank, indexed by rank.
   virtual std::vector<std::string> gather(const std::string& mine) = 0;
   // to_each[r] goes to rank r; returns what each has for this one, by rank.
   virtual std::vector<std::string> exchange(const std::vector<std::string>& to_each) = 0;
@@ -37,7 +37,7 @@ class Ranks {
   using Work = std::function<void(std::size_t first, std::size_t end)>;
   virtual void hand_out(std::size_t count, std::size_t most, const Work& work) = 0;
 
-  // What this rank has sent so far, to itself not counted.
+  // Messages and bytes that this rank has sent to others so far.
   struct Traffic {
     std::uint64_t messages = 0, bytes = 0;
   };
@@ -48,8 +48,8 @@ class Ranks {
 Ranks& world();
 void set_world(Ranks* ranks);
 
-// Which of the ranks on its node a rank is, by what launchers set (Open MPI, Slurm, MPICH), else its rank: that of
-// devices which ranks of a node take one after the other.
+// Index of a rank among those on its node, from the launcher's environment (Open MPI, Slurm, MPICH), else its rank.
+// Ranks of a node take its devices in this order.
 int rank_on_node(const Ranks& ranks);
 
 // Numbers as what is sent.
@@ -67,7 +67,7 @@ std::vector<Number> numbers_of(const std::string& bytes) {
 // The sum over all ranks of whole numbers: their order does not matter.
 void add_up(Ranks& ranks, std::vector<std::int64_t>& numbers);
 
-// Where the share of a rank begins, of `count` things that are divided into `shares` runs of about equal length.
+// First index of a rank's share, where `count` things are divided into `shares` runs of about equal length.
 inline std::size_t share_begin(std::size_t count, std::size_t share, std::size_t shares) {
   return count / shares * share + count % shares * share / shares;
 }

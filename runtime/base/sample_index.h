@@ -4,7 +4,7 @@
 #include <limits>
 #include <string>
 
-#include "runtime/base/error.h"
+#include "itn/error.h"
 
 namespace itn {
 

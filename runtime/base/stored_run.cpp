@@ -6,8 +6,8 @@
 #include <filesystem>
 #include <utility>
 
-#include "runtime/base/error.h"
-#include "runtime/base/file.h"
+#include "itn/error.h"
+#include "itn/file.h"
 #include "runtime/base/fingerprint.h"
 #include "runtime/base/folder_owner.h"
 #include "runtime/base/json_text.h"
@@ -35,7 +35,7 @@ constexpr std::array kinds{Kind{"itn.invert.state", "an inversion by method gaus
 
 constexpr const char* checksum_name = "checksum";
 
-// Of all members but the checksum: of what they say, not of how it is set out.
+// Checksum over the values of all members but itself; the file's layout does not count.
 std::string checksum_of(StoredRun::Json all) {
   all.erase(checksum_name);
   return fingerprint_text(all.dump());

@@ -1,7 +1,7 @@
-// How a long job goes on where it was stopped: a file that holds what was asked for and how far the job has come.
+// Lets a long job resume where it was stopped: a file holds the request and the progress.
 //
-// The request is everything that the job's numbers depend on. A file is gone on from only with the same request, so
-// that a job that was stopped ends with the same numbers as one that was not.
+// The request is everything that the job's numbers depend on. A job resumes only with the same request, so that a job
+// that was stopped ends with the same numbers as one that was not.
 #pragma once
 #include <nlohmann/json.hpp>
 #include <string>
@@ -21,7 +21,7 @@ class StoredRun {
 
   const std::string& file() const { return file_; }
 
-  // What the file held under `key` when this was made; null: no file, or no such key.
+  // The value that the file held under `key` when this was made; null: no file, or no such key.
   Json before(const std::string& key) const;
 
   // Throws UsageError: the file held a job of another request; says what differs. Keys of the file that the request
@@ -31,10 +31,9 @@ class StoredRun {
   // For whoever finds that what the file holds is damaged.
   [[noreturn]] void refuse() const;
 
-  // Of several ranks (ranks.h) the first writes, and not before all have read: all call this.
+  // Called by all ranks (ranks.h): the first one writes, after all have read.
   // The file becomes {"schema", "request"}, the members of `record` and a checksum, whole or not at all. indent: as
-  // Json::dump().
-  // Throws ResultError.
+  // Json::dump(). Throws ResultError.
   void write(const Json& request, const Json& record, int indent = -1) const;
 
  private:

@@ -1,4 +1,4 @@
-#include "runtime/base/version.h"
+#include "itn/version.h"
 
 namespace itn {
 

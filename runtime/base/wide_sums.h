@@ -20,7 +20,7 @@ class WideSums {
   }
 
   std::size_t size() const { return high_.size(); }
-  // Of places first, first + step, ...: so many.
+  // Sum of `count` places: first, first + step, ...
   double sum(std::size_t first, std::size_t step = 1, std::size_t count = 1) const {
     std::int64_t high = 0, low = 0;
     for (std::size_t i = 0; i < count; ++i) {

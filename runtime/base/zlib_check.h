@@ -10,15 +10,15 @@ namespace itn {
 
 class ZlibCheck {
  public:
-  // most: bytes that the stream may become; more are a fault, too. Throws std::bad_alloc.
+  // most: bytes that the stream may expand to; more are an error, too. Throws std::bad_alloc.
   explicit ZlibCheck(std::uint64_t most);
   ~ZlibCheck();
   ZlibCheck(const ZlibCheck&) = delete;
   ZlibCheck& operator=(const ZlibCheck&) = delete;
 
-  // The stream's next bytes. What stands behind its end is not looked at.
+  // The stream's next bytes. Bytes behind its end are ignored.
   void add(std::string_view bytes);
-  // What is wrong with what has been added, as if nothing followed; empty: the stream is whole.
+  // The error in what has been added, as if nothing followed; empty: the stream is whole.
   std::string fault() const;
 
  private:

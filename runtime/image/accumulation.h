@@ -2,13 +2,13 @@
 #pragma once
 #include <vector>
 
-#include "runtime/image/rendering.h"
+#include "itn/rendering.h"
 
 namespace itn {
 
 class Accumulation {
  public:
-  // Of the same film and derivatives as those before.
+  // Adds a part with the same film and derivatives as the parts before.
   void add(const Rendering& part);
 
   // Mean and standard error of all samples so far, up to rounding as if they had been rendered at once: however many
@@ -16,7 +16,7 @@ class Accumulation {
   const Rendering& rendering() const { return sum_; }
 
  private:
-  // Of samples so far. Floats would stop moving where a part's share of the mean is below their last digit.
+  // Moments of the samples so far. Floats would stop moving where a part's share of the mean is below their last digit.
   struct Moments {
     double mean = 0, squares = 0;  // squares: sum of squared distances from the mean
   };

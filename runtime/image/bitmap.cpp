@@ -1,8 +1,8 @@
-#include "runtime/image/bitmap.h"
+#include "itn/bitmap.h"
 
-#include "runtime/base/error.h"
-#include "runtime/base/file.h"
-#include "runtime/image/exr.h"
+#include "itn/error.h"
+#include "itn/exr.h"
+#include "itn/file.h"
 #include "runtime/image/samples.h"
 #include "runtime/image/srgb.h"
 

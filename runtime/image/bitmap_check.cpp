@@ -6,7 +6,7 @@
 #include <charconv>
 #include <cstddef>
 
-#include "runtime/base/error.h"
+#include "itn/error.h"
 
 namespace itn {
 namespace {

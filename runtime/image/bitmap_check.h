@@ -1,4 +1,4 @@
-// What stb_image does not look at before it believes a file.
+// Checks of bitmap files that stb_image does not make.
 #pragma once
 #include <string>
 

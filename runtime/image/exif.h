@@ -1,4 +1,4 @@
-// How a camera was held, as EXIF notes it.
+// The camera's orientation from EXIF.
 #pragma once
 #include <string_view>
 

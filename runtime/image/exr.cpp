@@ -1,4 +1,4 @@
-#include "runtime/image/exr.h"
+#include "itn/exr.h"
 
 #include <ImfChannelList.h>
 #include <ImfCompression.h>
@@ -15,8 +15,8 @@
 #include <algorithm>
 #include <stdexcept>
 
-#include "runtime/base/error.h"
-#include "runtime/base/file.h"
+#include "itn/error.h"
+#include "itn/file.h"
 #include "runtime/base/parallel.h"
 #include "runtime/image/exr_header.h"
 

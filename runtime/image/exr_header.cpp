@@ -8,7 +8,7 @@
 #include <cstring>
 #include <optional>
 
-#include "runtime/base/error.h"
+#include "itn/error.h"
 
 namespace itn {
 namespace {

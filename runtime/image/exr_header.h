@@ -1,4 +1,4 @@
-// What an OpenEXR file promises, looked at before the library takes memory for it.
+// Checks an OpenEXR file's header before the library takes memory for what it promises.
 #pragma once
 #include <string>
 #include <string_view>

@@ -1,11 +1,11 @@
-// How large a file's picture may be: asked before memory is taken for what its header promises.
+// Limits of a file's image size, checked before memory is taken for what its header promises.
 #pragma once
 #include <fmt/format.h>
 
 #include <cstdint>
 #include <string>
 
-#include "runtime/base/error.h"
+#include "itn/error.h"
 
 namespace itn {
 

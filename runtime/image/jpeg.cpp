@@ -11,7 +11,7 @@
 #include <cstdio>
 #include <string_view>
 
-#include "runtime/base/error.h"
+#include "itn/error.h"
 #include "runtime/image/exif.h"
 #include "runtime/image/image_size.h"
 
@@ -101,8 +101,6 @@ int orientation_of(const jpeg_decompress_struct& jpeg) {
 }
 
 }  // namespace
-
-bool is_jpeg(const std::string& bytes) { return bytes.starts_with("\xff\xd8\xff"); }
 
 Samples read_jpeg(const std::string& bytes, const std::string& path) {
   Decoder decoder;

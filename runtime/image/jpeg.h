@@ -6,7 +6,7 @@
 
 namespace itn {
 
-bool is_jpeg(const std::string& bytes);
+inline bool is_jpeg(const std::string& bytes) { return bytes.starts_with("\xff\xd8\xff"); }
 
 // As read_samples(): grey, or RGB. Throws InputError: damaged (also where the library could guess what is missing), or
 // of other colours.

@@ -14,8 +14,8 @@ double value_of(const PixelView& picture, std::size_t pixel, int channel) {
   return picture.value[pixel * static_cast<std::size_t>(picture.channels) + static_cast<std::size_t>(channel)];
 }
 
-// Value and absolute answer of Immerkaer's mask (whose variance is 36 times the noise's), where a pixel and all of its
-// neighbours count.
+// Pixel value and absolute response of Immerkaer's mask (whose variance is 36 times the noise's), at pixels that have
+// weight and whose neighbours all have.
 struct Answer {
   double value, size;
 };

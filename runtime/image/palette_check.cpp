@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <cstdlib>
 
-#include "runtime/base/error.h"
+#include "itn/error.h"
 #include "runtime/image/png_check.h"
 #include "runtime/image/stb_reader.h"
 

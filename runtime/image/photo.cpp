@@ -1,4 +1,4 @@
-#include "runtime/image/photo.h"
+#include "itn/photo.h"
 
 #include <fmt/format.h>
 
@@ -7,9 +7,9 @@
 #include <cmath>
 #include <cstdint>
 
-#include "runtime/base/colour.h"
-#include "runtime/base/error.h"
-#include "runtime/base/file.h"
+#include "itn/colour.h"
+#include "itn/error.h"
+#include "itn/file.h"
 #include "runtime/image/noise.h"
 #include "runtime/image/samples.h"
 #include "runtime/image/srgb.h"
@@ -41,12 +41,12 @@ double rounding_error(const TransferCurve& curve, double sample, double step) {
   return (decode(curve, high) - decode(curve, low)) / std::sqrt(12.0);
 }
 
-// What a stored sample says.
+// The linear value of a stored sample, and its noise.
 struct Level {
   float value, noise;  // noise: of rounding
 };
 
-// Of each that a file of so many bits can hold, smallest first.
+// The levels that a file of so many bits can hold, smallest first.
 std::vector<Level> levels_of(const TransferCurve& curve, int bits) {
   const int count = 1 << bits;
   std::vector<Level> result;
@@ -88,8 +88,8 @@ TransferCurve transfer_curve(const std::string& text) {
   double exponent = 0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), exponent);
   if (error != std::errc() || end != text.data() + text.size() || !(exponent >= least && exponent <= most))
-    throw UsageError(fmt::format("--curve {}: need auto, srgb, linear, or an exponent from {} to {} such as 2.2", text,
-                                 least, most));
+    throw UsageError(
+        fmt::format("curve {}: need auto, srgb, linear, or an exponent from {} to {} such as 2.2", text, least, most));
   return {TransferCurve::Kind::power, exponent};
 }
 
@@ -142,7 +142,7 @@ Photo averaged_down(const Photo& photo, int width, int height, const std::string
   if (width > photo.width || height > photo.height || other_shape)
     throw InputError(
         fmt::format("{}: {} x {} pixels, need {} x {}, the size of the sensor's film, or a larger picture of "
-                    "the same shape: cut it, or give --size",
+                    "the same shape: cut it, or set the film's size",
                     path, photo.width, photo.height, width, height));
   Photo result{width, height, photo.channels, {}, {}, {}, photo.saturated, photo.has_alpha};
   const std::vector<std::vector<Part>> rows = boxes(photo.height, height), columns = boxes(photo.width, width);

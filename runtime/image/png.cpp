@@ -10,8 +10,8 @@
 
 #include <stdexcept>
 
-#include "runtime/base/error.h"
-#include "runtime/base/file.h"
+#include "itn/error.h"
+#include "itn/file.h"
 
 namespace itn {
 

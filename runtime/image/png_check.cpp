@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <string_view>
 
-#include "runtime/base/error.h"
+#include "itn/error.h"
 #include "runtime/base/zlib_check.h"
 #include "runtime/image/exif.h"
 

@@ -1,4 +1,4 @@
-// What stb_image does not look at in a PNG.
+// Checks of PNG files that stb_image does not make.
 #pragma once
 #include <string>
 

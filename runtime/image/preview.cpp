@@ -4,7 +4,7 @@
 #include <array>
 #include <cmath>
 
-#include "runtime/base/colour.h"
+#include "itn/colour.h"
 #include "runtime/image/srgb.h"
 
 namespace itn {

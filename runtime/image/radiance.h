@@ -6,12 +6,12 @@
 
 namespace itn {
 
-// What keeps the values of an image, all finite, from being radiance, for a message; empty: nothing does. Noise around
-// black may be below 0: without these pixels the mean of the others would be too high.
+// The reason why an image of finite values is no radiance, for a message; empty: it may be one. Noise around black may
+// be below 0: without these pixels the mean of the others would be too high.
 std::string wrong_with_radiance(const std::vector<float>& values);
 
-// The same, and of a value that is farther below 0 than the mean is above: no noise, but a fault of the pixel.
-// place: of a value, for the message.
+// The same, and refuses a value farther below 0 than the mean is above: that is no noise, but a damaged pixel. place:
+// describes where a value is, for the message.
 std::string wrong_with_target(const std::vector<float>& values, const std::function<std::string(std::size_t)>& place);
 
 }  // namespace itn

@@ -6,7 +6,7 @@
 #include <limits>
 #include <utility>
 
-#include "runtime/base/error.h"
+#include "itn/error.h"
 #include "runtime/image/bitmap_check.h"
 #include "runtime/image/image_size.h"
 #include "runtime/image/jpeg.h"

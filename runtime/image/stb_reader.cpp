@@ -18,7 +18,7 @@
 #include <limits>
 #include <memory>
 
-#include "runtime/base/error.h"
+#include "itn/error.h"
 
 namespace itn {
 namespace {

@@ -10,7 +10,7 @@
 #include <cstring>
 #include <memory>
 
-#include "runtime/base/error.h"
+#include "itn/error.h"
 #include "runtime/base/zlib_check.h"
 #include "runtime/image/image_size.h"
 
@@ -98,7 +98,7 @@ class Tiff {
     if (!tiff_) damaged();
   }
 
-  // Of a tag with a default; 0: there is none.
+  // Value of a tag that has a default; 0: there is none.
   template <class Number>
   Number tag(std::uint32_t name) const {
     Number value = 0;
@@ -170,7 +170,7 @@ Samples described(const Tiff& tiff, const std::string& bytes, const std::string&
   return result;
 }
 
-// Deflate's checksums, which the library does not look at where it reads row by row.
+// Checks the checksums of deflate, which the library ignores where it reads row by row.
 void check_deflated(const Tiff& tiff) {
   for (std::uint32_t strip = 0; strip < TIFFNumberOfStrips(tiff.get()); ++strip) {
     const std::uint64_t size = TIFFRawStripSize64(tiff.get(), strip);
@@ -189,11 +189,6 @@ void check_deflated(const Tiff& tiff) {
 }
 
 }  // namespace
-
-bool is_tiff(const std::string& bytes) {
-  return bytes.starts_with(std::string("II*\0", 4)) || bytes.starts_with(std::string("MM\0*", 4)) ||
-         bytes.starts_with(std::string("II+\0", 4)) || bytes.starts_with(std::string("MM\0+", 4));
-}
 
 Samples read_tiff(const std::string& bytes, const std::string& path) {
   Tiff tiff(bytes, path);

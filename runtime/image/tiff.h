@@ -6,7 +6,10 @@
 
 namespace itn {
 
-bool is_tiff(const std::string& bytes);
+inline bool is_tiff(const std::string& bytes) {
+  return bytes.starts_with(std::string("II*\0", 4)) || bytes.starts_with(std::string("MM\0*", 4)) ||
+         bytes.starts_with(std::string("II+\0", 4)) || bytes.starts_with(std::string("MM\0+", 4));
+}
 
 // As read_samples(): the first picture of the file. Throws InputError: damaged, another kind of TIFF.
 Samples read_tiff(const std::string& bytes, const std::string& path);

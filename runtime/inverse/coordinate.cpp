@@ -6,8 +6,8 @@
 #include <array>
 #include <cmath>
 
+#include "itn/error.h"
 #include "kernels/model/obstacle.h"
-#include "runtime/base/error.h"
 #include "runtime/base/parameter_chain.h"
 
 namespace itn {

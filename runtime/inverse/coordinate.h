@@ -2,7 +2,7 @@
 // in the parameter's range. log p for numbers that cannot be 0 or have no upper bound (a refractive index of 1.5 is not
 // on the edge of [0.001, 1000]), log((p - low) / (high - p)) for the others.
 #pragma once
-#include "runtime/scene/parameters.h"
+#include "itn/parameters.h"
 
 namespace itn {
 
@@ -18,8 +18,8 @@ class Coordinate {
   // The parameter's value, strictly inside of its range, and its derivative by the coordinate.
   double value(double x) const;
   double slope(double x) const;
-  // Where one of several starts may lie, for u in [0, 1]: up to a factor of four from the parameter's own value, or in
-  // the inner four fifths of the range.
+  // One of several starts, for u in [0, 1]: up to a factor of four from the parameter's own value, or in the inner four
+  // fifths of the range.
   double start(double u) const;
   // The nearest coordinate that float numbers tell from the edge of the range.
   double clamp(double x) const;

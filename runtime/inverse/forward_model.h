@@ -3,8 +3,8 @@
 #include <memory>
 #include <vector>
 
+#include "itn/renderer.h"
 #include "runtime/inverse/coordinate.h"
-#include "runtime/render/renderer.h"
 
 namespace itn {
 

@@ -1,7 +1,7 @@
-// Does the scene, with what was found, look like its targets? Two questions to what is left of them: is it as large as
-// their noise (chi-square), and do neighbours know nothing of each other (structure)? Noise of pixels is independent,
-// and what a wrong material, light, shape, boundary or lens leaves is not, so the second finds a misfit far below the
-// noise of a pixel, and needs no knowledge of how strong the noise is.
+// Tests whether the scene with the found parameters agrees with its targets, by their residuals: are these as large as
+// the noise (chi-square), and are neighbours uncorrelated (structure)? Noise of pixels is independent, and residuals of
+// a wrong material, light, shape, boundary or lens are not, so the second test finds a misfit far below the noise of a
+// pixel, and needs no knowledge of how strong the noise is.
 #pragma once
 #include <cstdint>
 #include <nlohmann/json.hpp>

@@ -10,7 +10,7 @@
 #include <optional>
 #include <utility>
 
-#include "runtime/base/error.h"
+#include "itn/error.h"
 
 namespace itn {
 namespace {
@@ -68,7 +68,7 @@ class PairVariance {
     of_s_ = 1 / pairs / ((inverse * inverse - inverse_square) / (n * (n - 1)));
   }
 
-  // Of one pixel. h(i, sums): adds h(i, j) to sums[j] for all j
+  // Adds one pixel. h(i, sums): adds h(i, j) to sums[j] for all j
   template <class AddRow>
   double operator()(const AddRow& add_row) {
     std::fill(of_group_.begin(), of_group_.end(), 0.0);
@@ -148,7 +148,7 @@ LossGradient loss_gradient(const std::vector<Rendering>& groups, const TargetIma
   }
   LossGradient result;
   const double scale = 1 / (weights * static_cast<double>(channels));
-  // Of single pixels the unbiased estimate may be below 0, and of very few ones their sum.
+  // The unbiased estimate may be below 0 for single pixels, and so may its sum over very few.
   const auto error = [&](double v) {
     return spread ? std::sqrt(std::max(v, 0.0)) * scale : std::numeric_limits<double>::infinity();
   };
@@ -209,7 +209,7 @@ PairContrast of_pairs(const Eigen::VectorXd& n, unsigned pattern) {
   return {of_pairs(n, together - own * one - (own * one).transpose()), n};
 }
 
-// Of the gradient, from some of the groups: those suffice, since the variance of a sample is asked for.
+// Contrasts of the gradient between some of the groups: these suffice for the variance of a sample.
 class LossContrasts {
  public:
   LossContrasts(const std::vector<Rendering>& groups, std::size_t pixels) {
@@ -233,7 +233,7 @@ class LossContrasts {
     }
   }
 
-  // Of one value of the image. x: of each group less the target; adds to the weights at i.
+  // Adds to the weights at i, for one value of the image. x: each group's value less the target's.
   void weigh(const std::vector<double>& x, double factor, std::size_t i, std::vector<GradientContrast>& result) const {
     for (std::size_t k = 0; k < contrasts_.size(); ++k) {
       const Contrast& contrast = contrasts_[k];

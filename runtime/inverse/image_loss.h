@@ -8,9 +8,9 @@
 #pragma once
 #include <vector>
 
-#include "runtime/inverse/target_image.h"
-#include "runtime/render/gradient_renderer.h"
-#include "runtime/render/renderer.h"
+#include "itn/gradient_renderer.h"
+#include "itn/renderer.h"
+#include "itn/target_image.h"
 
 namespace itn {
 
@@ -27,9 +27,9 @@ struct LossGradient {
 LossGradient loss_gradient(const std::vector<Rendering>& groups, const TargetImage& target, double exposure = 1,
                            bool errors = true);
 
-// What each value of each group's image is weighed with, so that the sum of weight times derivative image is the
-// gradient of loss_gradient (but for rounding): GradientRenderer makes it from that without derivative images. errors:
-// false leaves the contrasts for the standard errors out, whose replays take about as long as the gradient's own.
+// Weights for each value of each group's image: the sum of weight times derivative image is the gradient of
+// loss_gradient (but for rounding), which GradientRenderer computes from them without derivative images. errors: false
+// leaves out the contrasts for the standard errors, whose replays take about as long as the gradient's own.
 GradientWeights loss_weights(const std::vector<Rendering>& groups, const TargetImage& target, double exposure = 1,
                              bool errors = true);
 
@@ -38,7 +38,7 @@ GradientWeights loss_weights(const std::vector<Rendering>& groups, const TargetI
 // ResultError: a black image or target, or one lost in noise. channel: of it alone; -1: of all.
 double best_exposure(const std::vector<Rendering>& groups, const TargetImage& target, int channel = -1);
 
-// How many samples each group gets; spp >= 2.
+// Number of samples of each group; spp >= 2.
 std::vector<int> split_samples(int spp);
 
 // The mean over several images of one scene.

@@ -1,11 +1,11 @@
-// The image loss of a scene's image and its gradient, by the quicker of two ways with the same mean: derivative images,
-// or replayed paths.
+// The image loss of a scene's image and its gradient, by the quicker of two methods with the same mean: derivative
+// images or replayed paths.
 #pragma once
 #include <functional>
 #include <vector>
 
+#include "itn/gradient_renderer.h"
 #include "runtime/inverse/image_loss.h"
-#include "runtime/render/gradient_renderer.h"
 
 namespace itn {
 
@@ -20,8 +20,8 @@ struct MeasuredLoss {
 // (tools/README.md).
 constexpr std::size_t most_derivative_images = 12;
 
-// Of samples first_sample ... first_sample + spp - 1, spp >= 2. exposure: the target is known up to a factor.
-// errors: as of loss_gradient(). progress, may be empty: called with the fraction done. Throws as the renderer, and
+// Renders samples first_sample ... first_sample + spp - 1, spp >= 2. exposure: the target is known up to a factor.
+// errors: as in loss_gradient(). progress, may be empty: called with the fraction done. Throws as the renderer, and
 // best_exposure().
 MeasuredLoss measure_loss(Renderer& renderer, int first_sample, int spp, const TargetImage& target, bool exposure,
                           const std::function<void(double)>& progress, bool errors = true);

@@ -14,17 +14,17 @@
 namespace itn {
 namespace {
 
-constexpr double least_share = 0.3;  // that a fault explains, to be named
+constexpr double least_share = 0.3;  // of the residual that a cause explains, to be named
 constexpr double worth_a_number =
-    0.1;  // of the share, that a fault with more numbers must explain beyond one with fewer
-constexpr double most_of_noise = 0.5;  // that a fault must explain where it might be noise
+    0.1;  // of the residual, that a cause with more numbers must explain beyond one with fewer
+constexpr double most_of_noise = 0.5;  // of the residual that a cause must explain where it might be noise
 constexpr double sure = 5;             // standard deviations of noise
 constexpr double own = 0.02;      // of a pattern's square that the parameters must leave: else they would have taken it
 constexpr double steepest = 0.1;  // of the pixels: edges
 constexpr double along_edges = 0.6;  // of the squares, to be called so
 constexpr double brightest = 0.99;   // of the brightest value: may be cut off there
 
-// Patterns that faults leave.
+// Patterns that misfits leave.
 enum Pattern { to_right, down, outwards, around, all, red, green, blue, constant, bent, sharper, patterns };
 
 struct Fault {
@@ -133,7 +133,7 @@ Eigen::MatrixXd products(const ComparedImage& of, const FoundImage& model, bool 
   return result;
 }
 
-// The part of the squares that such a fault explains beyond what as many numbers explain of noise, and its numbers.
+// Share of the squares that a cause explains beyond what as many numbers explain of noise, and its numbers.
 struct Explanation {
   const char* kind;
   double explained = 0;
@@ -329,7 +329,7 @@ Misfit misfit_of(const std::vector<ComparedImage>& images, const ImageFit& fit, 
   Eigen::VectorXd number;
   for (const Explanation& e : explanations) {
     const double share = e.explained / beyond;
-    // The better one is taken of faults with as many numbers, and one with more numbers if it is better by far.
+    // The best cause is taken, but one with more numbers only if it is better by far.
     const double needed = e.number.size() > number.size() ? result.share + worth_a_number : result.share;
     if (share < least_share || share < needed) continue;
     result.kind = e.kind;
@@ -340,7 +340,7 @@ Misfit misfit_of(const std::vector<ComparedImage>& images, const ImageFit& fit, 
     result.kind = "saturation";
     result.share = cut;
   }
-  // Neighbours know nothing of each other: it is noise, unless a fault explains most of it.
+  // Uncorrelated neighbours mean noise, unless a cause explains most of it.
   if (fit.looks_alike() && !fit.many_unknowns && result.share < most_of_noise)
     return noise_misfit(worst, model, fit, result.target);
   if (result.kind.empty()) {

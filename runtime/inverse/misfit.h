@@ -1,4 +1,4 @@
-// A misfit, and what it looks like. The rest that is left of a target is compared with what a shift, another size,
+// A misfit and its likely cause. The residual of a target is compared with the residuals that a shift, another size,
 // another brightness and so on would leave there, as a least-squares fit beside the parameters' own derivatives, so
 // that the advice is about what is likeliest wrong: a better start does not help where the camera stood elsewhere.
 #pragma once
@@ -7,9 +7,9 @@
 #include <string>
 #include <vector>
 
-#include "runtime/image/rendering.h"
+#include "itn/rendering.h"
+#include "itn/target_image.h"
 #include "runtime/inverse/image_fit.h"
-#include "runtime/inverse/target_image.h"
 
 namespace itn {
 
@@ -17,9 +17,9 @@ struct Misfit {
   // shift, size, rotation, brightness, colour, offset, curve, blur, saturation, noise_too_large, noise_too_small;
   // edges, areas: none of these, but where most of it lies. Empty: the targets fit.
   std::string kind;
-  double share = 0;        // of what is left beyond the noise, that such a fault explains or that lies there
-  std::size_t target = 0;  // the one that fits worst, which is looked at
-  double x = 0, y = 0;     // shift of what the target shows [pixels], to the right and down
+  double share = 0;        // of the residual beyond the noise that the cause explains or that lies there
+  std::size_t target = 0;  // the one that fits worst, which is examined
+  double x = 0, y = 0;     // shift of the target's content [pixels], to the right and down
   double change = 0;       // relative: of size, of brightness; of noise: what it is over what was said of it
   std::string words;       // a sentence
 };
@@ -45,7 +45,7 @@ ImageComparison compare_images(const std::vector<std::vector<Rendering>>& groups
                                const std::vector<TargetImage>& targets, const std::vector<double>& exposures,
                                bool found, double relative_noise, bool noise_known, bool many_unknowns = false);
 
-// The sentence says that the images do not fit, and what that looks like.
+// The sentence says that the images do not fit, and the likely cause.
 std::string misfit_words(const ImageComparison& comparison);
 
 // null where all fits.

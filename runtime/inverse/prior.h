@@ -1,4 +1,4 @@
-// What is known of the parameters before an image is seen: a normal distribution of their coordinates.
+// Prior knowledge of the parameters: a normal distribution of their coordinates.
 #pragma once
 #include <Eigen/Core>
 #include <vector>

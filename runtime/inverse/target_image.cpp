@@ -1,4 +1,4 @@
-#include "runtime/inverse/target_image.h"
+#include "itn/target_image.h"
 
 #include <fmt/format.h>
 
@@ -6,9 +6,9 @@
 #include <cmath>
 #include <utility>
 
-#include "runtime/base/error.h"
-#include "runtime/base/file.h"
-#include "runtime/image/exr.h"
+#include "itn/error.h"
+#include "itn/exr.h"
+#include "itn/file.h"
 #include "runtime/image/noise.h"
 #include "runtime/image/radiance.h"
 #include "runtime/image/samples.h"

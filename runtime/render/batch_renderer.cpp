@@ -2,9 +2,9 @@
 
 #include <cstring>
 
-#include "runtime/base/error.h"
+#include "itn/error.h"
+#include "itn/parameters.h"
 #include "runtime/render/wavefront/trace_images.h"
-#include "runtime/scene/parameters.h"
 
 namespace itn {
 namespace {

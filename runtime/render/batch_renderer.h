@@ -3,8 +3,8 @@
 #include <memory>
 #include <vector>
 
+#include "itn/renderer.h"
 #include "runtime/render/compile/geometry.h"
-#include "runtime/render/renderer.h"
 
 namespace itn {
 
@@ -14,9 +14,9 @@ struct BatchImage {
   int geometry = 0;  // as add_geometry() returned for the scene's shapes
   std::uint64_t seed = 0;
   int first_sample = 0;
-  // What the same paths show where the scene's only medium has another albedo, each an image of its own at hardly any
-  // more time: a path of n scatterings gathers (other / albedo)^n times as much (White Monte Carlo). For albedos up to
-  // the scene's the noise is about that of a rendering of their own. As many of all images of a batch.
+  // Also renders the scene with other albedos of its only medium, from the same paths, an image for each at hardly any
+  // more time: a path of n scattering events gathers (other / albedo)^n times as much (White Monte Carlo). For albedos
+  // up to the scene's the noise is about that of a rendering of their own. All images of a batch have equally many.
   std::vector<Rgb> other_albedos = {};
 };
 

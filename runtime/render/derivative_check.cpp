@@ -7,7 +7,7 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 
-#include "runtime/base/error.h"
+#include "itn/error.h"
 #include "runtime/base/statistics.h"
 
 namespace itn {
@@ -62,8 +62,8 @@ std::vector<double> difference_image(const Scene& scene, const DerivativeCheck::
   return difference;
 }
 
-// Those of a parameter, or of a colour's components, by which images can be differentiated. The others of a colour,
-// such as a channel that is 0, go to `not_differentiable`. given: the name that stands for them.
+// The parameter, or the components of a colour, by which images can be differentiated. The other components, such as a
+// channel that is 0, go to `not_differentiable`. given: the name that stands for them.
 std::vector<Parameter> differentiable_of(const std::vector<Parameter>& all, const std::vector<std::string>& names,
                                          const std::string& given, std::vector<Parameter>& not_differentiable) {
   std::vector<Parameter> possible, others;

@@ -6,9 +6,9 @@
 #include <string>
 #include <vector>
 
+#include "itn/parameters.h"
+#include "itn/renderer.h"
 #include "runtime/render/derivative/difference.h"
-#include "runtime/render/renderer.h"
-#include "runtime/scene/parameters.h"
 
 namespace itn {
 
@@ -32,7 +32,7 @@ struct DerivativeCheck {
   bool passed() const;
 };
 
-// What would be checked: the parameters named; else all that are differentiable, and the others beside. Throws
+// Plans a check of the named parameters; without names of all that are differentiable, and lists the others. Throws
 // UsageError: unknown, not differentiable or named twice; none at all.
 DerivativeCheck plan_check(const Scene& scene, const std::vector<std::string>& parameters);
 

@@ -1,4 +1,4 @@
-#include "runtime/render/gradient_renderer.h"
+#include "itn/gradient_renderer.h"
 
 #include <fmt/format.h>
 
@@ -11,22 +11,23 @@
 #include <stdexcept>
 #include <utility>
 
+#include "itn/colour.h"
+#include "itn/error.h"
+#include "itn/parameters.h"
 #include "kernels/shared/declaration.h"
-#include "runtime/base/colour.h"
-#include "runtime/base/error.h"
 #include "runtime/base/parallel.h"
 #include "runtime/base/ranks.h"
 #include "runtime/base/seconds_since.h"
 #include "runtime/base/wide_sums.h"
 #include "runtime/render/compile/geometry.h"
 #include "runtime/render/wavefront/trace_images.h"
-#include "runtime/scene/parameters.h"
 
 namespace itn {
 namespace {
 
-// Of the sums' 63 bits this many are for parts of what 2^18 paths sum in all: 24 bits a path, since what is rounded off
-// equal paths adds up. The host takes the sums after every 2^22 paths: 17 bits are left for large derivatives.
+// Fixed-point scale of the 63-bit sums: 42 bits lie below the sum of 2^18 paths, which is 24 bits a path, since
+// rounding errors of equal paths add up. The host takes the sums after every 2^22 paths: 17 bits are left for large
+// derivatives.
 constexpr int bits_below_mass = 42, path_bits = 18;
 constexpr std::int64_t most_paths = std::int64_t{1} << 22;
 
@@ -102,8 +103,8 @@ struct GradientRenderer::State {
 
   std::size_t channels() const { return static_cast<std::size_t>(wavefront->channels()); }
 
-  // Where the number of a part is among those of the gradient, and what its sum there is to be divided by
-  // (shared/declaration.h: d coordinate = d number / scale).
+  // Index of a part's number among those of the gradient, and the divisor of its sum there (shared/declaration.h: d
+  // coordinate = d number / scale).
   struct Number {
     std::size_t index;
     double scale;
@@ -119,7 +120,7 @@ struct GradientRenderer::State {
     return {at * channels() + channel, static_cast<double>(scale)};
   }
 
-  // Of each pixel of a group the weight of a sample in each channel of radiance, in units of the sums.
+  // Adjoints of a sample of each pixel of a group, one for each channel of radiance, in units of the sums.
   std::vector<float> pulls_of(const Rendering& group, const std::vector<double>& weights, double quantum) const {
     std::vector<float> pulls;
     const auto image_channels = static_cast<std::size_t>(group.channels);
@@ -179,7 +180,7 @@ struct GradientRenderer::State {
     });
   }
 
-  // Of each parameter the sum over the numbers that it moves. sum_of: of each of them its sum.
+  // For each parameter the sum over the numbers that it moves. sum_of: the sum of a number.
   template <class SumOf>
   std::vector<double> by_parameters(const SumOf& sum_of) const {
     std::vector<double> result(static_cast<std::size_t>(derivatives.images()));
@@ -208,7 +209,7 @@ struct GradientRenderer::State {
     return result;
   }
 
-  // What is summed: the gradient, or one of its contrasts.
+  // The adjoints of one sum: the gradient, or one of its contrasts.
   struct Pull {
     const std::vector<std::vector<double>>* weights;
     double quantum, factor;
@@ -316,7 +317,7 @@ WeighedDerivatives GradientRenderer::render(int first_sample, const std::vector<
   const bool wide = paths > most_paths;  // the same on all ranks
   WideSums of_numbers, of_texels;
   std::int64_t since = 0;
-  std::size_t shown = groups.size();  // the group whose pulls these are
+  std::size_t shown = groups.size();  // the group whose adjoints these are
   std::vector<std::vector<float>> pulls_of_group(pulls.size());
   for (std::size_t l = 0; l < traced.launches.size(); ++l) {
     if (s.options.cancel && *s.options.cancel) throw Interrupted();

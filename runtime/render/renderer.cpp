@@ -1,11 +1,11 @@
-#include "runtime/render/renderer.h"
+#include "itn/renderer.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <chrono>
 
-#include "runtime/base/error.h"
+#include "itn/error.h"
 #include "runtime/base/memory.h"
 #include "runtime/base/seconds_since.h"
 #include "runtime/render/wavefront/trace_images.h"
@@ -34,8 +34,8 @@ struct Renderer::State {
     build_s = seconds_since(start);
   }
 
-  // What the host holds of an image: means and standard errors, in vectors that grow to twice their size, and again as
-  // the pixels and the bytes of the file.
+  // Memory that the host needs for an image: means and standard errors, in vectors that grow to twice their size, and
+  // again as the pixels and the bytes of the file.
   void require_film_memory(const std::string& file) const {
     constexpr double copies = 4;
     const double pixels = static_cast<double>(sensor.crop_width) * sensor.crop_height;
@@ -44,7 +44,7 @@ struct Renderer::State {
     const double bytes = copies * pixels * values * sizeof(float);
     if (bytes > always_allowed)
       require_memory(bytes, fmt::format("{}: a film of {} x {} pixels", file, sensor.crop_width, sensor.crop_height),
-                     "make it smaller (--size), or render it in parts (crop_width ...)");
+                     "make it smaller (size), or render it in parts (crop_width ...)");
   }
 
   JobRecord seeded(JobRecord job) const {

@@ -1,10 +1,10 @@
-// What somebody who looks at a rendering must know, since neither its values nor its standard errors say it.
+// Warnings about a rendering that neither its values nor its standard errors can give.
 #pragma once
 #include <string>
 #include <vector>
 
-#include "runtime/image/rendering.h"
-#include "runtime/scene/scene.h"
+#include "itn/rendering.h"
+#include "itn/scene.h"
 
 namespace itn {
 

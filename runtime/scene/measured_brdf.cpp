@@ -1,4 +1,4 @@
-#include "runtime/scene/measured_brdf.h"
+#include "itn/measured_brdf.h"
 
 #include <fmt/core.h>
 
@@ -9,9 +9,9 @@
 #include <cstring>
 #include <numbers>
 
+#include "itn/error.h"
+#include "itn/file.h"
 #include "kernels/model/bsdf/merl.h"
-#include "runtime/base/error.h"
-#include "runtime/base/file.h"
 
 namespace itn {
 namespace {
@@ -57,9 +57,9 @@ double profile(const MeasuredBrdf& brdf, double half) {
   return (value[0] + value[1] + value[2]) / 3;
 }
 
-// Where the profile has fallen to half of its peak above what is diffuse, GGX's normals have, too: (1 + tan^2 /
-// alpha^2)^2 = 2 but for the fourth power of the cosine. The gloss's light is then pi alpha^2 of the peak, that of the
-// diffuse part pi of it.
+// Fits GGX: its normals have fallen to half where the profile has fallen to half of its peak above the diffuse part: (1
+// + tan^2 / alpha^2)^2 = 2 but for the fourth power of the cosine. The glossy lobe reflects pi alpha^2 times the peak,
+// the diffuse one pi times its value.
 void fit_sampler(MeasuredBrdf& brdf) {
   constexpr double degree = quarter / 90;
   double diffuse = profile(brdf, 40 * degree);

@@ -1,8 +1,8 @@
-// What is wrong with a value that somebody gives a parameter.
+// Checks of values that users give parameters.
 #pragma once
 #include <string>
 
-#include "runtime/scene/parameters.h"
+#include "itn/parameters.h"
 
 namespace itn {
 

@@ -1,4 +1,4 @@
-#include "runtime/scene/parameters.h"
+#include "itn/parameters.h"
 
 #include <fmt/format.h>
 
@@ -9,8 +9,8 @@
 #include <map>
 #include <numeric>
 
+#include "itn/error.h"
 #include "kernels/shared/declaration.h"
-#include "runtime/base/error.h"
 #include "runtime/scene/parameter_refusal.h"
 
 namespace itn {
@@ -67,7 +67,7 @@ const Texture& texture_of(const Scene& scene, const Parameter& p) {
   return instance.values.at(instance.values_called(p.id, p.member).at(0));
 }
 
-// Gives the meshes that show `attribute` there another called after the parameter; returns its name.
+// Gives the meshes that have `attribute` there another one named after the parameter; returns its name.
 std::string set_attribute(Scene& scene, const Parameter& p, const std::string& attribute, const Bitmap& texels) {
   auto from = texels.data.begin();
   std::string name = attribute.substr(0, attribute.find('_') + 1) + p.name;  // "face_" or "vertex_" stays
@@ -96,7 +96,7 @@ class List {
  public:
   explicit List(const Scene& scene) : scene_(scene) {}
 
-  // Of what the next parameters are, and its id.
+  // Sets the owner of the next parameters, and its id.
   void begin(Owner owner, int index, const std::string& id) {
     owner_ = owner;
     index_ = index;
@@ -133,7 +133,8 @@ class List {
     }
   }
 
-  // The model's obstacles are asked for at the mean texel: what is in the way of a few texels only leaves them out.
+  // The model is asked at the mean texel for reasons not to be differentiable: those of a few texels only leave these
+  // out.
   void texels(const Instance& instance, const DeclaredParameter& p, const Texture& of, const Range& range) {
     const Model& model = *instance.model;
     const DeclaredNumber& its_number = model.number_called(p.name);
@@ -163,7 +164,7 @@ class List {
     parameters.back().by_voxels = !*why_not;
   }
 
-  // What its model declares.
+  // Lists the parameters that the instance's model declares.
   void declared(const Instance& instance) {
     const Model& model = *instance.model;
     const std::vector<double> slots = instance.slots();
@@ -221,7 +222,7 @@ void add(List& list, const Medium& m, int index) {
   list.declared(m.phase);
 }
 
-// Of each BSDF: what stands inside of a twosided one only has no surface of its own.
+// True for each BSDF that has no surface of its own, only a place inside of a twosided one.
 std::vector<bool> inside_another(const Scene& scene) {
   std::map<std::string, int> named;
   for (const Bsdf& bsdf : scene.bsdfs) ++named[bsdf.id];
@@ -376,7 +377,7 @@ void set_texels(Scene& scene, const Parameter& p, const Bitmap& texels) {
 
 namespace {
 
-// What the grid of a parameter is one of.
+// The instance that has the grid of a parameter.
 const Instance& gridded_instance(const Scene& scene, const Parameter& p, int index) {
   const Medium& medium = scene.media.at(static_cast<std::size_t>(index));
   if (p.owner == Owner::phase) return medium.phase;

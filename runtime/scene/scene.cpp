@@ -1,4 +1,4 @@
-#include "runtime/scene/scene.h"
+#include "itn/scene.h"
 
 #include <algorithm>
 #include <stdexcept>

@@ -16,8 +16,8 @@ namespace itn {
 namespace {
 
 constexpr double much_nearer = 1.25;
-// What single precision keeps of a coordinate where rays meet surfaces (compile/geometry.cpp), and what double
-// precision keeps where the scene is read.
+// Relative rounding error of a coordinate: in single precision where rays meet surfaces (compile/geometry.cpp), and in
+// double precision where the scene is read.
 constexpr double rounding = 0x1p-21, rounding_of_double = 0x1p-52;
 
 struct Placed {
@@ -166,7 +166,7 @@ class Mover {
 
 std::string name_of(const Shape& shape) { return shape.id.empty() ? "" : " " + quote(shape.id); }
 
-// What is not known of a shape's places, over its size.
+// Uncertainty of a shape's places, over its size.
 double loss_of(const Placed& s, const Vec3& origin) {
   return std::max(rounding * s.ratio(origin), rounding_of_double * s.ratio({}));
 }

@@ -5,14 +5,14 @@
 #include <string>
 #include <vector>
 
-#include "runtime/scene/scene.h"
+#include "itn/scene.h"
 
 namespace itn {
 
 // From which share of its size on places of a shape that are not known are said, and refused.
 constexpr double loss_said_from = 1e-3, loss_refused_from = 0.25;
 
-// Of meshes whose positions are from an origin of their own (mesh/placed_mesh.h).
+// Origins of meshes whose positions are relative to one of their own (mesh/placed_mesh.h).
 using MeshOrigins = std::map<const Mesh*, Vec3>;
 
 // Takes everything of the scene that has a place, meshes from their origins, to where the farthest shape is the least

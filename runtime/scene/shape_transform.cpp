@@ -22,7 +22,7 @@ bool transform_round(const Transform& transform, Shape& shape) {
   for (Vec3* v : {&shape.edge_u, &shape.edge_v, &shape.axis}) *v = transform_vector(transform, *v);
   const bool reflects = determinant(transform) < 0;
   if (shape.kind == Shape::Kind::disk) {
-    shape.flip_normals = shape.flip_normals != reflects;  // else edge_u x edge_v would turn with the reflection
+    shape.flip_normals = shape.flip_normals != reflects;  // else edge_u x edge_v would flip with the reflection
     return true;
   }
   shape.radius *= length(shape.edge_u) / before;

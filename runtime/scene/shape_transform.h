@@ -1,6 +1,6 @@
 // Round shapes under transforms.
 #pragma once
-#include "runtime/scene/scene.h"
+#include "itn/scene.h"
 
 namespace itn {
 

@@ -2,7 +2,7 @@
 
 #include <exception>
 
-#include "runtime/render/renderer.h"
+#include "itn/renderer.h"
 
 namespace itn {
 

@@ -6,8 +6,8 @@
 #include <thread>
 #include <vector>
 
-#include "runtime/render/wavefront/render_options.h"
-#include "runtime/scene/scene.h"
+#include "itn/render_options.h"
+#include "itn/scene.h"
 
 namespace itn {
 

@@ -7,7 +7,7 @@
 #include <set>
 #include <utility>
 
-#include "runtime/base/error.h"
+#include "itn/error.h"
 #include "runtime/base/seconds_since.h"
 #include "runtime/inverse/forward_model.h"
 #include "runtime/scene/parameter_refusal.h"
@@ -15,14 +15,14 @@
 namespace itn {
 namespace {
 
-constexpr double part_s = 0.03;         // of rendering between two looks at what is wanted
+constexpr double part_s = 0.03;         // of rendering between two checks for new wishes
 constexpr double step_s = 0.5;          // of rendering for the first step of Gauss-Newton
 constexpr double best_there_is = 0.4;   // standard errors: a step that is shorter leads nowhere
 constexpr std::size_t loss_groups = 4;  // of independent samples, for the loss and its error
-// Who still moves sliders does not ask for a step: samples a pixel, and seconds since the last move.
+// No step is computed while sliders still move: samples a pixel, and seconds since the last move.
 constexpr int before_step = 32;
 constexpr double rest_s = 0.4;
-constexpr int soon_shown = 16;  // samples a pixel up to which every part is shown
+constexpr int soon_shown = 16;  // samples a pixel up to which every part is published
 constexpr double between_frames_s = 0.1;
 constexpr std::size_t most_kept = 4;
 
@@ -45,8 +45,8 @@ const Parameter* named(const std::vector<Parameter>& parameters, const std::stri
   return found == parameters.end() ? nullptr : &*found;
 }
 
-// What describes a medium; of materials without one the numbers of their surfaces. Not the media's scale, which no
-// image tells from sigma_t.
+// The parameters of media; of scenes without one those of their surfaces. A medium's scale is left out: no image tells
+// it from sigma_t.
 std::vector<std::string> usually_fitted(const std::vector<Parameter>& parameters) {
   constexpr std::size_t most = 12;  // derivative images
   std::vector<std::string> media, surfaces;
@@ -115,7 +115,7 @@ void ViewSession::change(const std::function<void(Wanted&)>& what) {
   const std::lock_guard lock(mutex_);
   const std::uint64_t before = wanted_.revision;
   what(wanted_);
-  // Of values that nobody has seen yet one picture is finished first: a slider that never rests would show none.
+  // One picture of values that nobody has seen yet is finished first: a slider that never rests would never get one.
   if (pictured_ >= before) cancel_ = true;
   work_.notify_all();
 }
@@ -150,7 +150,7 @@ void ViewSession::differentiate(const std::string& parameter) {
 }
 
 void ViewSession::fit(const std::vector<std::string>& parameters) {
-  if (!options_.target) throw UsageError("there is no target to fit parameters to; give one with --target");
+  if (!options_.target) throw UsageError("there is no target to fit parameters to; give one (target)");
   if (std::set<std::string>(parameters.begin(), parameters.end()).size() != parameters.size())
     throw UsageError("fit: got a name twice, need each once");
   for (const std::string& name : parameters)
@@ -311,7 +311,7 @@ bool ViewSession::refine() {
   } catch (const std::runtime_error& error) {
     return explain(error);
   }
-  // Of the last part: the first one of a program contains what the driver leaves for then.
+  // Measured from the last part: the first one of a program contains work that the driver defers to it.
   sample_s_ = seconds_since(start) / part_;
   const bool first = samples_ == 0;
   samples_ += part_;
@@ -340,7 +340,7 @@ bool ViewSession::explain(const std::runtime_error& error) {
   return true;
 }
 
-// Of the parameters that are fitted; made anew only where others have moved: that takes longer than a picture.
+// The model of the fitted parameters; made anew only where others have moved: that takes longer than a picture.
 ForwardModel& ViewSession::forward_model() {
   std::vector<double> others = now_.values;
   for (const std::string& name : now_.fit) others[index(name)] = 0;

@@ -1,5 +1,5 @@
-// A scene that is looked at and changed: its image refines while nothing moves, and begins anew with few samples as
-// soon as a parameter does. Who shows it (tools/itn/view.cpp) and who renders are different threads.
+// An interactive view of a scene: its image refines while nothing changes, and begins anew with few samples as soon as
+// a parameter does. The display (tools/itn/view.cpp) and the renderer are different threads.
 #pragma once
 #include <chrono>
 #include <condition_variable>
@@ -13,11 +13,11 @@
 #include <string>
 #include <vector>
 
+#include "itn/parameters.h"
+#include "itn/renderer.h"
 #include "runtime/image/accumulation.h"
 #include "runtime/inverse/gauss_newton/inversion.h"
 #include "runtime/inverse/misfit.h"
-#include "runtime/render/renderer.h"
-#include "runtime/scene/parameters.h"
 #include "runtime/view/program_builder.h"
 
 namespace itn {
@@ -33,7 +33,7 @@ struct ViewOptions {
   bool exposure = false;  // the target is known up to a factor
 };
 
-// Where Gauss-Newton would step to.
+// The step that Gauss-Newton proposes.
 struct ViewStep {
   std::vector<std::string> parameters;
   std::vector<double> from, to;  // values
@@ -42,7 +42,7 @@ struct ViewStep {
   std::string misfit = {};  // of values that are the best: why they are not those of the target; empty: they may be
 };
 
-// What is there to be seen at a moment; never changed afterwards.
+// All that can be seen at one moment; never changed afterwards.
 struct ViewFrame {
   std::uint64_t number = 0;     // later ones have larger numbers
   std::uint64_t revision = 0;   // of the values; each change of a parameter makes another
@@ -65,7 +65,7 @@ class ViewSession {
   ViewSession(Scene scene, ViewOptions options);
   ~ViewSession();
 
-  // Those of the scene, with the values that it was loaded with.
+  // The scene's parameters, with the values that it was loaded with.
   const std::vector<Parameter>& parameters() const { return parameters_; }
   const Sensor& sensor() const { return sensor_; }
   const Device& device() const { return device_; }
@@ -79,8 +79,8 @@ class ViewSession {
   std::uint64_t set(const std::map<std::string, double>& values);
   // The parameter that the image is differentiated by; empty: none. Throws UsageError: there is none of that name.
   void differentiate(const std::string& parameter);
-  // Those that Gauss-Newton moves; at first those of media, or else of surfaces. Throws UsageError: no target, a
-  // parameter that is unknown or not differentiable.
+  // Sets the parameters that Gauss-Newton moves; at first those of media, or else of surfaces. Throws UsageError: no
+  // target, a parameter that is unknown or not differentiable.
   void fit(const std::vector<std::string>& parameters);
   std::vector<std::string> fitted() const;
   std::vector<double> values() const;  // that are wanted; the frame may not have them yet
@@ -148,7 +148,7 @@ class ViewSession {
   bool stopped_ = false;
   std::atomic<bool> cancel_{false};
 
-  // Of the thread that renders.
+  // Used by the rendering thread alone.
   Wanted now_;
   Scene current_;
   std::list<Kept> kept_;  // the last that were used

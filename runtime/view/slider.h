@@ -1,12 +1,12 @@
-// Where a slider for a parameter begins and ends, and what its places mean.
+// The range and the scale of a parameter's slider.
 #pragma once
 #include <string>
 
-#include "runtime/scene/parameters.h"
+#include "itn/parameters.h"
 
 namespace itn {
 
-// Of a place t in [0, 1], the value is
+// A slider at place t in [0, 1] has the value
 //   linear      low + (high - low) t,
 //   logarithm   low (high / low)^t,
 //   from_low    low + (high - low) t^3: finest near the lower end, which is reached,

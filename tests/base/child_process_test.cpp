@@ -7,7 +7,7 @@
 #include <new>
 #include <stdexcept>
 
-#include "runtime/base/error.h"
+#include "itn/error.h"
 
 using namespace itn;
 

@@ -7,7 +7,7 @@
 #include <catch2/catch.hpp>
 #include <thread>
 
-#include "runtime/base/error.h"
+#include "itn/error.h"
 
 using namespace itn;
 

@@ -3,8 +3,8 @@
 
 #include <catch2/catch.hpp>
 
+#include "itn/error.h"
 #include "network/dataset/dataset_scene.h"
-#include "runtime/base/error.h"
 #include "runtime/scene/shapes/polygonise.h"
 
 using namespace itn;

@@ -6,10 +6,10 @@
 #include <cmath>
 #include <map>
 
-#include "runtime/render/renderer.h"
-#include "runtime/scene/load.h"
+#include "itn/load_scene.h"
+#include "itn/parameters.h"
+#include "itn/renderer.h"
 #include "runtime/scene/mesh/mesh_file.h"
-#include "runtime/scene/parameters.h"
 #include "runtime/scene/shapes/polygonise.h"
 #include "tests/support/temporary_folder.h"
 

@@ -3,7 +3,7 @@
 
 #include <catch2/catch.hpp>
 
-#include "runtime/base/error.h"
+#include "itn/error.h"
 
 using namespace itn;
 

@@ -10,9 +10,9 @@
 #include <set>
 #include <tuple>
 
-#include "runtime/base/error.h"
-#include "runtime/base/file.h"
-#include "runtime/image/exr.h"
+#include "itn/error.h"
+#include "itn/exr.h"
+#include "itn/file.h"
 #include "tests/support/temporary_folder.h"
 
 using namespace itn;

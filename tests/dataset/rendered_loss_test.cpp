@@ -5,9 +5,9 @@
 #include <cmath>
 #include <numeric>
 
+#include "itn/error.h"
+#include "itn/exr.h"
 #include "network/dataset/dataset_mesh.h"
-#include "runtime/base/error.h"
-#include "runtime/image/exr.h"
 #include "tests/support/egg_set.h"
 
 using namespace itn;

@@ -4,14 +4,14 @@
 #include <numbers>
 #include <set>
 
+#include "itn/colour.h"
+#include "itn/error.h"
+#include "itn/exr.h"
+#include "itn/file.h"
+#include "itn/renderer.h"
 #include "network/dataset/dataset_scene.h"
 #include "network/dataset/plan.h"
 #include "network/dataset/shape_buffers.h"
-#include "runtime/base/colour.h"
-#include "runtime/base/error.h"
-#include "runtime/base/file.h"
-#include "runtime/image/exr.h"
-#include "runtime/render/renderer.h"
 #include "runtime/scene/shapes/polygonise.h"
 #include "runtime/scene/transform.h"
 #include "tests/support/temporary_folder.h"

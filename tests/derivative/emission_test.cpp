@@ -6,12 +6,12 @@
 #include <numbers>
 #include <random>
 
+#include "itn/device.h"
+#include "itn/parameters.h"
 #include "runtime/render/compile/environment.h"
 #include "runtime/render/compile/surfaces.h"
 #include "runtime/render/derivative/score_functions.h"
-#include "runtime/render/device/device.h"
 #include "runtime/scene/model/sized_model.h"
-#include "runtime/scene/parameters.h"
 #include "runtime/scene/sky/hosek_wilkie.h"
 #include "tests/support/plain_program.h"
 

@@ -3,7 +3,7 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
-#include "runtime/base/error.h"
+#include "itn/error.h"
 #include "runtime/inverse/image_loss.h"
 #include "tests/stage/scenes.h"
 #include "tests/stage/stage_test.h"

@@ -7,9 +7,9 @@
 #include <vector>
 
 #include "../support/lane_function.h"
+#include "itn/model.h"
 #include "kernels/shared/declaration.h"
 #include "runtime/render/derivative/score_functions.h"
-#include "runtime/scene/model/model.h"
 
 namespace itn::test {
 

@@ -4,8 +4,8 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
+#include "itn/error.h"
 #include "network/dataset/stored_image.h"
-#include "runtime/base/error.h"
 #include "runtime/base/random.h"
 #include "tests/support/temporary_folder.h"
 

@@ -1,6 +1,6 @@
 // In the place of the readers that call foreign libraries in a child process (runtime/base/child_process.h): those may
 // crash, and starting a process for each input would take all the time.
-#include "runtime/base/error.h"
+#include "itn/error.h"
 #include "runtime/scene/mesh/mesh_file.h"
 #include "runtime/scene/volume/openvdb_file.h"
 

@@ -2,8 +2,8 @@
 #include <stdexcept>
 #include <utility>
 
-#include "runtime/base/error.h"
-#include "runtime/base/file.h"
+#include "itn/error.h"
+#include "itn/file.h"
 #include "tests/fuzz/input_files.h"
 
 namespace itn {

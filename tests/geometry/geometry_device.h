@@ -5,8 +5,8 @@
 #include <ctime>
 #include <ostream>
 
+#include "itn/device.h"
 #include "runtime/render/compile/geometry.h"
-#include "runtime/render/device/device.h"
 #include "tests/support/meshes.h"
 
 namespace itn::test {

@@ -1,11 +1,11 @@
-#include "runtime/image/bitmap.h"
+#include "itn/bitmap.h"
 
 #include <catch2/catch.hpp>
 #include <map>
 
-#include "runtime/base/error.h"
-#include "runtime/base/file.h"
-#include "runtime/image/exr.h"
+#include "itn/error.h"
+#include "itn/exr.h"
+#include "itn/file.h"
 #include "runtime/image/png.h"
 #include "runtime/image/srgb.h"
 #include "tests/support/temporary_folder.h"

@@ -1,11 +1,11 @@
-#include "runtime/image/exr.h"
+#include "itn/exr.h"
 
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <limits>
 
-#include "runtime/base/error.h"
-#include "runtime/base/file.h"
+#include "itn/error.h"
+#include "itn/file.h"
 #include "tests/support/temporary_folder.h"
 
 namespace {

@@ -1,4 +1,4 @@
-#include "runtime/base/file.h"
+#include "itn/file.h"
 
 #include <fcntl.h>
 #include <signal.h>
@@ -10,7 +10,7 @@
 #include <catch2/catch.hpp>
 #include <fstream>
 
-#include "runtime/base/error.h"
+#include "itn/error.h"
 #include "tests/support/temporary_folder.h"
 
 namespace {

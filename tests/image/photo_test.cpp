@@ -1,5 +1,5 @@
 // Pictures as cameras write them.
-#include "runtime/image/photo.h"
+#include "itn/photo.h"
 
 #define STB_IMAGE_WRITE_IMPLEMENTATION
 #define STB_IMAGE_WRITE_STATIC
@@ -17,9 +17,9 @@
 #include <cstring>
 #include <random>
 
-#include "runtime/base/error.h"
-#include "runtime/base/file.h"
-#include "runtime/image/bitmap.h"
+#include "itn/bitmap.h"
+#include "itn/error.h"
+#include "itn/file.h"
 #include "runtime/image/samples.h"
 #include "runtime/image/srgb.h"
 #include "tests/support/temporary_folder.h"
@@ -376,7 +376,7 @@ TEST_CASE(
   CHECK(parts.value[0] == Approx((0 + 1 * 0.5 + (6 + 7 * 0.5) / 3) / 1.5 / (4.0 / 3)));
   CHECK(averaged_down(photo, 6, 4, "photo").value == photo.value);
   CHECK_THROWS_WITH(averaged_down(photo, 3, 3, "a.png"), Contains("a.png: 6 x 4 pixels, need 3 x 3"));
-  CHECK_THROWS_WITH(averaged_down(photo, 12, 8, "a.png"), Contains("cut it, or give --size"));
+  CHECK_THROWS_WITH(averaged_down(photo, 12, 8, "a.png"), Contains("cut it, or set the film's size"));
 }
 
 TEST_CASE("the noise of a photo is found in it: rounding where nothing else is, and that of photons", "[stat]") {

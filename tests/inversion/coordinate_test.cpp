@@ -4,7 +4,9 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
-#include "runtime/base/error.h"
+#include "itn/error.h"
+
+#include "kernels/model/obstacle.h"
 
 using namespace itn;
 

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <random>
 
-#include "runtime/base/error.h"
+#include "itn/error.h"
 #include "runtime/inverse/gauss_newton/normal_equations.h"
 
 using namespace itn;

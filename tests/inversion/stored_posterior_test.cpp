@@ -5,9 +5,9 @@
 #include <filesystem>
 #include <limits>
 
-#include "runtime/base/error.h"
-#include "runtime/base/file.h"
-#include "runtime/image/exr.h"
+#include "itn/error.h"
+#include "itn/exr.h"
+#include "itn/file.h"
 #include "tests/inversion/small_scene.h"
 #include "tests/support/temporary_folder.h"
 

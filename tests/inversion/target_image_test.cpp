@@ -1,5 +1,5 @@
 // Targets as files: which channels count, and what cannot be radiance, a weight or a standard error.
-#include "runtime/inverse/target_image.h"
+#include "itn/target_image.h"
 
 #include <algorithm>
 #include <catch2/catch.hpp>
@@ -7,9 +7,9 @@
 #include <limits>
 #include <random>
 
-#include "runtime/base/error.h"
-#include "runtime/base/file.h"
-#include "runtime/image/exr.h"
+#include "itn/error.h"
+#include "itn/exr.h"
+#include "itn/file.h"
 #include "runtime/image/png.h"
 #include "runtime/image/srgb.h"
 #include "tests/support/temporary_folder.h"

@@ -3,9 +3,9 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
-#include "runtime/base/file.h"
+#include "itn/file.h"
+#include "itn/load_scene.h"
 #include "runtime/inverse/textures/stored_texture_inversion.h"
-#include "runtime/scene/load.h"
 #include "runtime/scene/volume/volume_file.h"
 #include "tests/stage/stage_test.h"
 #include "tests/support/temporary_folder.h"

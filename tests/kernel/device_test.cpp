@@ -1,11 +1,11 @@
-#include "runtime/render/device/device.h"
+#include "itn/device.h"
 
 #include <catch2/catch.hpp>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
 
-#include "runtime/base/error.h"
+#include "itn/error.h"
 
 namespace {
 
@@ -108,7 +108,7 @@ TEST_CASE("a log that counts the lines of the whole text is given files and thei
 TEST_CASE("an unknown device is refused with the list of those that exist") {
   const std::string message = message_of([] { itn::Device("no such device"); });
   INFO(message);
-  CHECK(message.find("--device no such device") != std::string::npos);
+  CHECK(message.find("device no such device") != std::string::npos);
   for (const itn::DeviceInfo& info : itn::list_devices()) CHECK(message.find(info.name) != std::string::npos);
   CHECK(message_of([] { itn::Device("999"); }).find("no such device") != std::string::npos);
 }

@@ -7,10 +7,10 @@
 #include <numbers>
 #include <random>
 
-#include "runtime/base/colour.h"
-#include "runtime/base/error.h"
+#include "itn/colour.h"
+#include "itn/device.h"
+#include "itn/error.h"
 #include "runtime/render/compile/surfaces.h"
-#include "runtime/render/device/device.h"
 #include "runtime/scene/model/sized_model.h"
 #include "runtime/scene/sky/hosek_wilkie.h"
 

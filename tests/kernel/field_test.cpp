@@ -10,9 +10,9 @@
 
 #include "../support/chi_square.h"
 #include "../support/z_test.h"
+#include "itn/device.h"
 #include "kernels/model/models.h"
 #include "runtime/render/compile/surfaces.h"
-#include "runtime/render/device/device.h"
 #include "runtime/scene/transform.h"
 #include "runtime/scene/volume/packed_voxels.h"
 

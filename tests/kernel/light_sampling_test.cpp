@@ -6,10 +6,10 @@
 #include <numbers>
 #include <random>
 
+#include "itn/device.h"
 #include "kernels/shared/scene_layout.h"
 #include "runtime/render/compile/environment.h"
 #include "runtime/render/compile/surfaces.h"
-#include "runtime/render/device/device.h"
 #include "tests/support/plain_program.h"
 
 using namespace itn;

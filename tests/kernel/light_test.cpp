@@ -8,10 +8,10 @@
 
 #include "../support/chi_square.h"
 #include "../support/z_test.h"
+#include "itn/device.h"
 #include "kernels/model/models.h"
 #include "runtime/render/compile/launch_data.h"
 #include "runtime/render/compile/surfaces.h"
-#include "runtime/render/device/device.h"
 #include "runtime/scene/mesh/shape_meshes.h"
 #include "runtime/scene/transform.h"
 #include "tests/support/plain_program.h"

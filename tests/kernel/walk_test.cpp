@@ -2,7 +2,7 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
-#include "runtime/render/device/device.h"
+#include "itn/device.h"
 
 using namespace itn;
 

@@ -11,9 +11,9 @@
 
 #include "../support/chi_square.h"
 #include "../support/lane_function.h"
+#include "itn/model.h"
 #include "kernels/model/bsdf/list.h"
 #include "runtime/render/derivative/score_functions.h"
-#include "runtime/scene/model/model.h"
 
 using namespace itn;
 using namespace itn::test;

@@ -5,9 +5,9 @@
 #include <numbers>
 
 #include "../support/chi_square.h"
+#include "itn/model.h"
+#include "itn/scene.h"
 #include "kernels/shared/declaration.h"
-#include "runtime/scene/model/model.h"
-#include "runtime/scene/scene.h"
 #include "runtime/scene/transform.h"
 
 using namespace itn;

@@ -8,9 +8,9 @@
 #include <random>
 
 #include "../support/merl_file.h"
-#include "runtime/base/error.h"
-#include "runtime/base/file.h"
-#include "runtime/scene/measured_brdf.h"
+#include "itn/error.h"
+#include "itn/file.h"
+#include "itn/measured_brdf.h"
 #include "tests/scene/scene_folder.h"
 
 using namespace itn;

@@ -7,8 +7,8 @@
 #include "../support/chi_square.h"
 #include "../support/lane_function.h"
 #include "../support/z_test.h"
+#include "itn/model.h"
 #include "kernels/model/phase/list.h"
-#include "runtime/scene/model/model.h"
 
 using namespace itn;
 using namespace itn::test;

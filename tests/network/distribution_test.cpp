@@ -1,14 +1,14 @@
 // Networks that say how sure they are.
-#include "network/model/distribution.h"
+#include "itn/distribution.h"
 
 #include <Eigen/Dense>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <numbers>
 
+#include "itn/error.h"
 #include "layer_support.h"
 #include "network/training/prediction.h"
-#include "runtime/base/error.h"
 #include "runtime/base/statistics.h"
 
 namespace {

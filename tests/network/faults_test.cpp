@@ -9,7 +9,7 @@
 #include <utility>
 #include <vector>
 
-#include "runtime/base/error.h"
+#include "itn/error.h"
 
 using namespace itn;
 

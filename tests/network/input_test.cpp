@@ -5,9 +5,9 @@
 #include <cmath>
 #include <functional>
 
+#include "itn/error.h"
+#include "itn/exr.h"
 #include "network/training/dataset_examples.h"
-#include "runtime/base/error.h"
-#include "runtime/image/exr.h"
 #include "runtime/image/png.h"
 #include "tests/support/made_up_dataset.h"
 #include "tests/support/temporary_folder.h"

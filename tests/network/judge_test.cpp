@@ -9,10 +9,10 @@
 #include <string>
 #include <vector>
 
-#include "network/model/network_file.h"
+#include "itn/error.h"
+#include "itn/network_file.h"
 #include "network/model/threads.h"
 #include "network/training/examples.h"
-#include "runtime/base/error.h"
 #include "tests/support/temporary_folder.h"
 
 using namespace itn;

@@ -1,11 +1,11 @@
 // Ranges of the outputs, losses and their gradients.
-#include "network/model/loss.h"
+#include "itn/loss.h"
 
 #include <catch2/catch.hpp>
 #include <cmath>
 
+#include "itn/error.h"
 #include "layer_support.h"
-#include "runtime/base/error.h"
 
 namespace {
 

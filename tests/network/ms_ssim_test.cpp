@@ -5,7 +5,7 @@
 #include <cmath>
 #include <numeric>
 
-#include "runtime/base/error.h"
+#include "itn/error.h"
 
 namespace {
 

@@ -1,15 +1,15 @@
 // Networks in files: what comes back, and what is refused.
-#include "network/model/network_file.h"
+#include "itn/network_file.h"
 
 #include <catch2/catch.hpp>
 #include <functional>
 #include <tuple>
 
 #include "../support/temporary_folder.h"
-#include "network/model/shipped.h"
+#include "itn/error.h"
+#include "itn/file.h"
+#include "itn/shipped.h"
 #include "network/training/judge.h"
-#include "runtime/base/error.h"
-#include "runtime/base/file.h"
 #include "runtime/base/random.h"
 
 namespace {
@@ -141,21 +141,15 @@ TEST_CASE("A network file that is missing or damaged is an input error") {
 }
 
 TEST_CASE("The shipped networks are small") {
-  CHECK(shipped_network().size() + shipped_judge().size() + shipped_photo_network().size() +
-            shipped_photo_judge().size() <
-        10'000'000);
+  CHECK(shipped_network().size() + shipped_photo_network().size() + shipped_photo_judge().size() < 10'000'000);
 }
 
-TEST_CASE("The shipped network is whole, of the paper's structure, and has a judge") {
+TEST_CASE("The shipped network is whole, and of the paper's structure") {
   const Network network = parse_network(shipped_network(), "shipped");
   CHECK(network.description().width == 16);
   CHECK(network.description().size == 64);
   CHECK(network.description().channels == 6);
   CHECK(network.description().mm_per_unit == 1);
-  const NetworkDescription judge = parse_network(shipped_judge(), "shipped-judge").description();
-  require_judge_of(network.description(), judge, "shipped-judge");
-  CHECK(judge.limit > 0);
-  CHECK(judge.limit < 1);
 }
 
 TEST_CASE("The shipped network of photos sees the object alone, by a flash, and says how sure it is") {

@@ -1,15 +1,15 @@
 // The whole network: its structure, its gradient, its first weights, and that the same input gives the same bits.
-#include "network/model/network.h"
+#include "itn/network.h"
 
 #include <array>
 #include <catch2/catch.hpp>
 #include <cmath>
 
+#include "itn/error.h"
+#include "itn/loss.h"
 #include "layer_support.h"
 #include "network/model/fully_connected.h"
-#include "network/model/loss.h"
 #include "network/training/adam.h"
-#include "runtime/base/error.h"
 
 namespace {
 

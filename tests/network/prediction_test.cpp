@@ -3,7 +3,7 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
-#include "network/model/loss.h"
+#include "itn/loss.h"
 #include "runtime/base/random.h"
 
 namespace {

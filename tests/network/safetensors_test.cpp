@@ -1,11 +1,11 @@
 // Safetensors files byte by byte, and what is refused.
-#include "network/model/safetensors.h"
+#include "itn/safetensors.h"
 
 #include <catch2/catch.hpp>
 #include <cstring>
 #include <limits>
 
-#include "runtime/base/error.h"
+#include "itn/error.h"
 #include "runtime/base/random.h"
 
 namespace {

@@ -4,10 +4,10 @@
 #include <cmath>
 #include <vector>
 
+#include "itn/error.h"
+#include "itn/exr.h"
+#include "itn/network_file.h"
 #include "network/model/input.h"
-#include "network/model/network_file.h"
-#include "runtime/base/error.h"
-#include "runtime/image/exr.h"
 #include "tests/support/temporary_folder.h"
 
 using namespace itn;

@@ -6,9 +6,9 @@
 #include <cmath>
 #include <filesystem>
 
+#include "itn/error.h"
+#include "itn/file.h"
 #include "network/training/dataset_examples.h"
-#include "runtime/base/error.h"
-#include "runtime/base/file.h"
 #include "tests/support/made_up_dataset.h"
 #include "tests/support/temporary_folder.h"
 

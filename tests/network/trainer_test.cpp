@@ -7,11 +7,11 @@
 #include <set>
 
 #include "../support/temporary_folder.h"
-#include "network/model/distribution.h"
-#include "network/model/network_file.h"
+#include "itn/distribution.h"
+#include "itn/error.h"
+#include "itn/file.h"
+#include "itn/network_file.h"
 #include "network/model/random.h"
-#include "runtime/base/error.h"
-#include "runtime/base/file.h"
 
 namespace {
 

@@ -7,8 +7,8 @@
 #include <cmath>
 #include <cstdio>
 
-#include "network/model/loss.h"
-#include "network/model/network.h"
+#include "itn/loss.h"
+#include "itn/network.h"
 #include "network/training/adam.h"
 #include "runtime/base/random.h"
 

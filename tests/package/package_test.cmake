@@ -78,6 +78,5 @@ endforeach()
 run(${CMAKE_COMMAND} -S ${CONSUMER} -B ${WORK}/consumer -DCMAKE_PREFIX_PATH=${WORK}/moved
     -DCMAKE_CXX_COMPILER=${COMPILER} "-DCMAKE_CXX_FLAGS=${FLAGS}" -DEXPECTED_VERSION=${VERSION})
 run(${CMAKE_COMMAND} --build ${WORK}/consumer)
-foreach(program IN ITEMS renders learns trains)
-  run(${WORK}/consumer/${program})
-endforeach()
+run(${WORK}/consumer/renders ${WORK}/moved/share/itn/scenes/dataset/scene.xml ${WORK}/found)
+run(${WORK}/consumer/learns)

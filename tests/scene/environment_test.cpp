@@ -6,9 +6,9 @@
 #include <limits>
 #include <numbers>
 
+#include "itn/error.h"
 #include "kernels/model/angle.h"
 #include "kernels/model/sky_hosek_wilkie.h"
-#include "runtime/base/error.h"
 #include "runtime/scene/sky/hosek_wilkie.h"
 
 namespace {

@@ -4,7 +4,7 @@
 #include <array>
 #include <random>
 
-#include "runtime/image/bitmap.h"
+#include "itn/bitmap.h"
 #include "runtime/scene/mesh/mesh_file.h"
 #include "tests/scene/scene_folder.h"
 

@@ -2,7 +2,7 @@
 #include <catch2/catch.hpp>
 #include <filesystem>
 
-#include "runtime/scene/load.h"
+#include "itn/load_scene.h"
 
 TEST_CASE("every scene of the project loads") {
   std::size_t count = 0;

@@ -1,4 +1,4 @@
-#include "runtime/image/exr.h"
+#include "itn/exr.h"
 #include "tests/scene/scene_folder.h"
 
 using namespace itn;

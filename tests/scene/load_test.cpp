@@ -1,9 +1,8 @@
-#include "runtime/scene/load.h"
-
 #include <catch2/catch.hpp>
 #include <fstream>
 
-#include "runtime/base/error.h"
+#include "itn/error.h"
+#include "itn/load_scene.h"
 #include "tests/support/temporary_folder.h"
 
 using namespace itn;

@@ -1,11 +1,11 @@
 // BSDFs, textures, media and phase functions.
+#include "itn/bitmap.h"
+#include "itn/exr.h"
+#include "itn/parameters.h"
 #include "kernels/shared/declaration.h"
-#include "runtime/image/bitmap.h"
-#include "runtime/image/exr.h"
 #include "runtime/image/png.h"
 #include "runtime/image/srgb.h"
 #include "runtime/scene/model/structure.h"
-#include "runtime/scene/parameters.h"
 #include "runtime/scene/volume/volume_file.h"
 #include "tests/scene/scene_folder.h"
 

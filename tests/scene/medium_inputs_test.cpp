@@ -4,8 +4,8 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
-#include "runtime/scene/model/model.h"
-#include "runtime/scene/parameters.h"
+#include "itn/model.h"
+#include "itn/parameters.h"
 #include "tests/scene/scene_folder.h"
 
 using namespace itn;

@@ -346,16 +346,16 @@ TEST_CASE("a scene says in one line what was done to a mesh, and where no medium
   check_closed(*turned.shapes[0].mesh, 1);
 }
 
-TEST_CASE("what cannot be closed is refused with the place and the remedy, and loaded as it is with --open") {
+TEST_CASE("what cannot be closed is refused with the place and the remedy, and loaded as it is on request") {
   SceneFolder folder;
   Mesh mesh = grid_cube(6);
   mesh.triangle.erase(mesh.triangle.begin(), mesh.triangle.begin() + 72);  // the face x = 0
   write_ply(folder.path("m.ply"), mesh);
   folder.check_error(shape(medium), 2,
-                     {"24 open edges", "one at (0, ", "of triangle ", "5 % of the area", "modeller", "--open"});
+                     {"24 open edges", "one at (0, ", "of triangle ", "5 % of the area", "modeller", "(open)"});
   const Scene scene = load_scene(folder.path("scene.xml"), {}, {.open = true});
   REQUIRE(scene.warnings.size() == 1);
-  CHECK_THAT(scene.warnings[0], Catch::Contains("24 open edges") && Catch::Contains("rendered as it is (--open)"));
+  CHECK_THAT(scene.warnings[0], Catch::Contains("24 open edges") && Catch::Contains("rendered as it is (open)"));
   CHECK(scene.shapes[0].mesh->triangle.size() == mesh.triangle.size());
   CHECK(scene.shapes[0].interior == 0);
 }

@@ -1,7 +1,7 @@
 // Scenes that others wrote: earlier versions, files in several folders, and everything that is wrong said at once.
 #include <filesystem>
 
-#include "runtime/image/exr.h"
+#include "itn/exr.h"
 #include "tests/scene/scene_folder.h"
 
 using namespace itn;

@@ -1,12 +1,12 @@
 // Setting scene parameters by name. (Listing them: tests/tool/parameters_test.cpp.)
-#include "runtime/scene/parameters.h"
+#include "itn/parameters.h"
 
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <limits>
 #include <set>
 
-#include "runtime/base/error.h"
+#include "itn/error.h"
 
 namespace {
 

@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "runtime/base/error.h"
-#include "runtime/scene/load.h"
+#include "itn/error.h"
+#include "itn/load_scene.h"
 #include "tests/support/temporary_folder.h"
 
 class SceneFolder {

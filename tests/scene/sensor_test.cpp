@@ -211,6 +211,33 @@ TEST_CASE("a thin lens needs its radius, and is sharp at far_clip unless it says
   check_error(lens(number("aperture_radius", "1") + number("focus_distance", "-1")), {"focus_distance = -1"});
 }
 
+TEST_CASE("an opencv camera has the pixels of its calibration, at any size of the film") {
+  const auto camera = [](const std::string& content) {
+    return "<sensor type=\"opencv\">\n" + content + "<film type=\"hdrfilm\">" + integer("width", "640") +
+           integer("height", "480") + "</film></sensor>";
+  };
+  const std::string calibration =
+      number("fx", "600") + number("fy", "620") + number("cx", "300.5") + number("cy", "250");
+  const Sensor s = load(camera(calibration + number("k1", "-0.2") + number("p2", "0.001")));
+  CHECK(s.kind == Sensor::Kind::perspective);
+  CHECK(std::tan(s.fov_x / 2 * M_PI / 180) == Approx(320 / 600.0));
+  CHECK(s.pixel_aspect == Approx(600 / 620.0));
+  CHECK(s.principal_x == Approx(0.5 - 301.0 / 640));
+  CHECK(s.principal_y == Approx(0.5 - 250.5 / 480));
+  CHECK(s.distortion == std::array<double, 8>{-0.2, 0, 0, 0, 0, 0, 0, 0.001});
+  const Sensor square =
+      load_scene_text("scene.xml", "<scene version=\"3.0.0\">" + camera(number("fx", "600")) + "</scene>",
+                      {.size = FilmSize{96, 96}})
+          .sensors.at(0);
+  CHECK(square.principal_x == 0);
+  CHECK(square.principal_y == 0);
+  CHECK(std::tan(square.fov_x / 2 * M_PI / 180) * square.pixel_aspect == Approx(240 / 600.0));  // half the height
+
+  SceneFolder().check_error("\n" + camera(""), 3, {"fx"});
+  check_error(camera(number("fx", "0")), {"fx = 0", "need pixels above 0"});
+  check_error(camera(number("fx", "600") + number("k1", "-2")), {"folds before pixel (0, 0)", "move outwards"});
+}
+
 TEST_CASE("an irradiancemeter lies on the shape that it is in, and needs one") {
   const std::string meter = "<sensor type=\"irradiancemeter\"/>";
   const Scene scene = SceneFolder().load("<shape type=\"sphere\">" + meter +

@@ -1,8 +1,8 @@
 // Shapes in world space, and the checks of what bounds a medium.
 #include <cmath>
 
+#include "itn/parameters.h"
 #include "runtime/scene/mesh/mesh_topology.h"
-#include "runtime/scene/parameters.h"
 #include "runtime/scene/transform.h"
 #include "tests/scene/scene_folder.h"
 
@@ -302,7 +302,7 @@ TEST_CASE("a mesh with holes cannot bound a medium: how many open edges, and whe
   REQUIRE(glass.warnings.size() == 1);
   CHECK_THAT(glass.warnings[0], Catch::Contains("dielectric") && Catch::Contains("3 open edges"));
   folder.check_error("<shape type=\"rectangle\">" + medium + "</shape>", 2, {"4 open edges"});
-  folder.check_error("<shape type=\"cylinder\">" + medium + "</shape>", 2, {"not closed", "--open"});
+  folder.check_error("<shape type=\"cylinder\">" + medium + "</shape>", 2, {"not closed", "(open)"});
   folder.check_error("<shape type=\"disk\">" + medium + "</shape>", 2, {"not closed"});
 }
 
@@ -397,7 +397,7 @@ TEST_CASE("a mesh with an edge of three triangles cannot bound a medium") {
   SceneFolder folder;
   folder.write_ply("fin.ply", {"0 0 0", "1 0 0", "0 1 0", "0 0 1", "-1 -1 -1"},
                    {"3 0 2 1", "3 0 1 3", "3 1 2 3", "3 0 3 2", "3 0 1 4"});
-  folder.check_error(mesh("ply", "fin.ply", medium), 2, {"2 open edges", "--open"});
+  folder.check_error(mesh("ply", "fin.ply", medium), 2, {"2 open edges", "(open)"});
   folder.write_ply("wall.ply", {"0 0 0", "1 0 0", "0 1 0", "0 0 1", "-1 -1 -1"},
                    {"3 0 2 1", "3 0 1 3", "3 1 2 3", "3 0 3 2", "3 0 1 4", "3 0 4 1"});
   const Scene scene = folder.load(mesh("ply", "wall.ply", medium));

@@ -5,8 +5,8 @@
 #include <limits>
 #include <random>
 
+#include "itn/parameters.h"
 #include "runtime/scene/mesh/nearest_point.h"
-#include "runtime/scene/parameters.h"
 #include "runtime/scene/transform.h"
 #include "tests/scene/scene_folder.h"
 

@@ -3,7 +3,7 @@
 #include <cstring>
 #include <limits>
 
-#include "runtime/scene/parameters.h"
+#include "itn/parameters.h"
 #include "runtime/scene/volume/packed_voxels.h"
 #include "runtime/scene/volume/volume_file.h"
 #include "tests/scene/scene_folder.h"

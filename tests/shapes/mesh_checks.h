@@ -3,7 +3,7 @@
 #include <cstddef>
 #include <functional>
 
-#include "runtime/scene/scene.h"
+#include "itn/scene.h"
 
 namespace itn::test {
 

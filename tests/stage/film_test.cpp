@@ -5,7 +5,7 @@
 #include <cmath>
 #include <random>
 
-#include "runtime/render/renderer.h"
+#include "itn/renderer.h"
 #include "runtime/render/wavefront/wavefront.h"
 #include "scenes.h"
 #include "stage_test.h"

@@ -115,6 +115,36 @@ TEST_CASE("camera rays pass through their pixel's part of the film") {
       }
 }
 
+TEST_CASE("rays of an opencv camera go to points that it shows in their pixels") {
+  for (const int width : widths()) {
+    Scene scene = camera_scene(FilterKind::box, false);
+    Sensor& sensor = scene.sensors[0];
+    // fx 21, fy 19, cx 8.7, cy 7.1 pixels
+    sensor.fov_x = 2 * std::atan(10 / 21.0) * 180 / pi;
+    sensor.pixel_aspect = 21 / 19.0;
+    sensor.principal_x = 0.5 - 9.2 / 20;
+    sensor.principal_y = 0.5 - 7.6 / 14;
+    const double k1 = -0.3, k2 = 0.08, k3 = 0.02, k4 = 0.05, k5 = -0.02, k6 = 0.01, p1 = 0.004, p2 = -0.006;
+    sensor.distortion = {k1, k2, k3, k4, k5, k6, p1, p2};
+    std::vector<double> across, down;
+    for (const Path& p : PathBench(device(), scene, {.width = width}).generate(35, 300)) {
+      const double x = -p.direction[2] / p.direction[1], y = -p.direction[0] / p.direction[1], r2 = x * x + y * y;
+      const double radial = (1 + r2 * (k1 + r2 * (k2 + r2 * k3))) / (1 + r2 * (k4 + r2 * (k5 + r2 * k6)));
+      const double film_x = 21 * (x * radial + 2 * p1 * x * y + p2 * (r2 + 2 * x * x)) + 8.7;
+      const double film_y = 19 * (y * radial + p1 * (r2 + 2 * y * y) + 2 * p2 * x * y) + 7.1;
+      across.push_back(film_x - (3 + p.pixel % 7));
+      down.push_back(film_y - (2 + p.pixel / 7));
+    }
+    CAPTURE(width);
+    for (const std::vector<double>* offsets : {&across, &down}) {
+      CHECK(*std::max_element(offsets->begin(), offsets->end()) < 0.5002);
+      CHECK(*std::min_element(offsets->begin(), offsets->end()) > -0.5002);
+      const double d = largest_gap(*offsets, [](double x) { return filter_cdf(FilterKind::box, x); });
+      CHECK(d < kolmogorov_bound(offsets->size()));
+    }
+  }
+}
+
 TEST_CASE("positions of pixels at the film's edges stay on the film, spread as the filter that is cut there") {
   for (const int width : widths())
     for (const FilterKind filter : {FilterKind::tent, FilterKind::gaussian}) {

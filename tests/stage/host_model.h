@@ -5,7 +5,7 @@
 #include <numbers>
 #include <random>
 
-#include "runtime/scene/scene.h"
+#include "itn/scene.h"
 
 namespace itn::test {
 

@@ -2,9 +2,9 @@
 // read beyond the numbers of the last model.
 #include <catch2/catch.hpp>
 
-#include "runtime/base/error.h"
+#include "itn/error.h"
+#include "itn/renderer.h"
 #include "runtime/render/compile/launch_data.h"
-#include "runtime/render/renderer.h"
 #include "runtime/render/wavefront/launch_buffers.h"
 #include "scenes.h"
 #include "stage_test.h"

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <memory>
 
-#include "runtime/scene/scene.h"
+#include "itn/scene.h"
 
 namespace itn::test {
 

@@ -2,7 +2,7 @@
 #include <catch2/catch.hpp>
 #include <map>
 
-#include "runtime/render/renderer.h"
+#include "itn/renderer.h"
 #include "runtime/render/wavefront/wavefront.h"
 #include "scenes.h"
 #include "stage_test.h"

@@ -5,7 +5,7 @@
 #include <cstdlib>
 #include <vector>
 
-#include "runtime/render/device/device.h"
+#include "itn/device.h"
 
 namespace itn::test {
 

@@ -4,7 +4,7 @@
 #include <map>
 #include <string>
 
-#include "runtime/base/file.h"
+#include "itn/file.h"
 
 // Contents by name, from the folder on.
 inline std::map<std::string, std::string> files_of(const std::string& folder) {

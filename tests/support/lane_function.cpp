@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <random>
 
-#include "runtime/render/device/device.h"
+#include "itn/device.h"
 
 namespace itn::test {
 namespace {

@@ -2,7 +2,7 @@
 #pragma once
 #include <memory>
 
-#include "runtime/scene/scene.h"
+#include "itn/scene.h"
 
 namespace itn::test {
 

@@ -2,7 +2,7 @@
 #include <catch2/catch.hpp>
 #include <nlohmann/json.hpp>
 
-#include "runtime/render/device/device.h"
+#include "itn/device.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/tool/process.h"
 

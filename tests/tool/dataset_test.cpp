@@ -7,11 +7,11 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
+#include "itn/bitmap.h"
+#include "itn/exr.h"
+#include "itn/file.h"
 #include "network/dataset/manifest.h"
-#include "runtime/base/file.h"
 #include "runtime/base/statistics.h"
-#include "runtime/image/bitmap.h"
-#include "runtime/image/exr.h"
 #include "runtime/scene/mesh/mesh_file.h"
 #include "runtime/scene/shapes/polygonise.h"
 #include "tests/support/folder_files.h"

@@ -8,9 +8,9 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
+#include "itn/file.h"
+#include "itn/network_file.h"
 #include "network/dataset/manifest.h"
-#include "network/model/network_file.h"
-#include "runtime/base/file.h"
 #include "runtime/scene/mesh/mesh_file.h"
 #include "runtime/scene/shapes/polygonise.h"
 #include "tests/support/temporary_folder.h"

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "runtime/base/file.h"
+#include "itn/file.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/tool/process.h"
 

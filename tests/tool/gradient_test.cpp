@@ -6,8 +6,8 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
-#include "runtime/base/file.h"
-#include "runtime/image/exr.h"
+#include "itn/exr.h"
+#include "itn/file.h"
 #include "runtime/image/png.h"
 #include "runtime/scene/volume/volume_file.h"
 #include "tests/support/temporary_folder.h"
@@ -208,7 +208,7 @@ TEST_CASE("photos as targets: what was done is told, wrong curves and damaged fi
   CHECK_THAT(run.output, Contains("photo.png: 64 x 48 pixels, averaged down to 32 x 24") && Contains("exposure "));
   const Result curve = run_itn(gradient(folder / "photo.png", {"--curve", "film"}));
   CHECK(curve.exit_code == 2);
-  CHECK_THAT(curve.error, Contains("--curve film: need auto, srgb, linear, or an exponent"));
+  CHECK_THAT(curve.error, Contains("curve film: need auto, srgb, linear, or an exponent"));
   const std::string whole = itn::read_file(folder / "photo.png");
   itn::write_file(folder / "cut.png", whole.substr(0, whole.size() / 2));
   itn::write_file(folder / "cut.jpg", "\xff\xd8\xff\xe0 and no more");

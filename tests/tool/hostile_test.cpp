@@ -9,8 +9,8 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
-#include "runtime/base/file.h"
-#include "runtime/image/exr.h"
+#include "itn/exr.h"
+#include "itn/file.h"
 #include "tests/support/made_up_dataset.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/tool/process.h"

@@ -5,9 +5,9 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
-#include "network/model/network_file.h"
-#include "runtime/base/file.h"
-#include "runtime/image/exr.h"
+#include "itn/exr.h"
+#include "itn/file.h"
+#include "itn/network_file.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/tool/process.h"
 

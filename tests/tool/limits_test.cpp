@@ -9,7 +9,7 @@
 #include <filesystem>
 #include <thread>
 
-#include "runtime/base/file.h"
+#include "itn/file.h"
 #include "tests/support/made_up_dataset.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/tool/process.h"

@@ -1,9 +1,9 @@
-#include "runtime/scene/parameters.h"
+#include "itn/parameters.h"
 
 #include <algorithm>
 #include <catch2/catch.hpp>
 
-#include "runtime/scene/load.h"
+#include "itn/load_scene.h"
 
 namespace {
 

@@ -12,7 +12,7 @@
 #include <stdexcept>
 #include <thread>
 
-#include "runtime/base/file.h"
+#include "itn/file.h"
 
 namespace {
 

@@ -7,9 +7,9 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
-#include "runtime/base/file.h"
-#include "runtime/image/exr.h"
-#include "runtime/render/device/device.h"
+#include "itn/device.h"
+#include "itn/exr.h"
+#include "itn/file.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/tool/process.h"
 
@@ -259,7 +259,7 @@ TEST_CASE("an unknown device is a device failure that names those there are") {
   const std::string name = itn::list_devices().at(0).name;
   const Result option = run_itn(render(folder / "a.exr", {"--device", "no such device"}));
   CHECK(option.exit_code == 4);
-  CHECK_THAT(option.error, Catch::Contains("--device no such device") && Catch::Contains(name));
+  CHECK_THAT(option.error, Catch::Contains("device no such device") && Catch::Contains(name));
   const Result variable = run_itn(render(folder / "a.exr"), {.environment = {{"ITN_DEVICE", "no such device"}}});
   CHECK(variable.exit_code == 4);
   CHECK_THAT(variable.error, Catch::Contains("ITN_DEVICE no such device") && Catch::Contains(name));

@@ -2,8 +2,8 @@
 #include <catch2/catch.hpp>
 #include <filesystem>
 
-#include "runtime/base/file.h"
-#include "runtime/render/device/device.h"
+#include "itn/device.h"
+#include "itn/file.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/tool/process.h"
 

@@ -4,8 +4,8 @@
 #include <catch2/catch.hpp>
 #include <nlohmann/json.hpp>
 
-#include "runtime/base/file.h"
-#include "runtime/image/bitmap.h"
+#include "itn/bitmap.h"
+#include "itn/file.h"
 #include "runtime/scene/mesh/mesh_file.h"
 #include "runtime/scene/mesh/mesh_topology.h"
 #include "tests/support/temporary_folder.h"

@@ -10,9 +10,9 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
+#include "itn/exr.h"
+#include "itn/file.h"
 #include "network/dataset/stored_image.h"
-#include "runtime/base/file.h"
-#include "runtime/image/exr.h"
 #include "runtime/scene/mesh/mesh_file.h"
 #include "runtime/scene/shapes/polygonise.h"
 #include "tests/support/made_up_dataset.h"
@@ -265,7 +265,8 @@ TEST_CASE("itn train --init starts from what another network has learnt") {
   const double anew = first_loss(folder / "b", {}), going_on = first_loss(folder / "c", {"--init", folder / "a"});
   CHECK(going_on < 0.5 * anew);
   CHECK(going_on == first_loss(folder / "d", {"--init", folder / "a/network.safetensors"}));
-  refuses(train(set.folder, folder / "e", {"--init", folder / "a", "--channels", "6"}), 2, "--channels 6");
+  refuses(train(set.folder, folder / "e", {"--init", folder / "a", "--channels", "6"}), 2,
+          "channels 6: the network of init has");
   refuses(train(set.folder, folder / "f", {"--init", folder / "set"}), 3, "network.safetensors: is not there");
 }
 
@@ -453,7 +454,7 @@ TEST_CASE("networks trained with the renderer: the image loss falls, and a kille
   refuses(arguments("itn", "a", {"--unlabelled", folder / "set"}), 2, "give either");
   refuses({"train", "--network", "itn", "--unlabelled", folder / "set", "-o", folder / "a"}, 2,
           "needs a network to begin");
-  refuses({"train", "--network", "rn", "--unlabelled", folder / "set", "-o", folder / "a"}, 2, "needs --network itn");
+  refuses({"train", "--network", "rn", "--unlabelled", folder / "set", "-o", folder / "a"}, 2, "need itn");
   refuses({"train", "--network", "rn", "-o", folder / "a"}, 2, "needs a data set");
 
   refuses(arguments("itn", "a", {"--spp", "1"}), 2, "need 2 to");

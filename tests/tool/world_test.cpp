@@ -7,9 +7,9 @@
 #include <string>
 #include <vector>
 
+#include "itn/exr.h"
+#include "itn/file.h"
 #include "network/dataset/manifest.h"
-#include "runtime/base/file.h"
-#include "runtime/image/exr.h"
 #include "tests/support/folder_files.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/tool/process.h"
@@ -138,7 +138,7 @@ TEST_CASE(
   CHECK(dark.exit_code == 3);
   CHECK_THAT(dark.error, Contains("photo.exr: is no brighter than"));
   CHECK_THAT(refusal({"train", data, "--network", "rn", "--inputs", "image", "--cut-out", "-o", folder / "b"}),
-             Contains("by which mask?"));
+             Contains("needs a mask"));
 
   // A judge of what that network sees.
   const std::string judge = folder / "judge";
@@ -164,7 +164,7 @@ TEST_CASE(
                       folder / "mask.exr", "--judge", run}),
              Contains("is no judge"));
   CHECK_THAT(refusal({"predict", run, folder / "photo.exr", "--flash", folder / "flash.exr", "--mask",
-                      folder / "mask.exr", "--judge", "shipped-judge"}),
+                      folder / "mask.exr", "--judge", "shipped-photos-judge"}),
              Contains("train it with the same"));
   const Result test = run_itn({"predict", judge, "--dataset", data, "--json", "-"});
   INFO(test.error);
@@ -263,7 +263,7 @@ TEST_CASE("a network of colours, a flash and a mask: from training to errors, an
   CHECK(Json::parse(by_scene.output)["unit_of_sigma_t"] == "1/scene unit");
 
   CHECK_THAT(refusal({"train", data, "--network", "itn", "-o", folder / "itn"}), Contains("rn learns from such a set"));
-  CHECK_THAT(refusal({"eval", data, run, "-o", folder / "report"}), Contains("itn predict RUN --dataset"));
+  CHECK_THAT(refusal({"eval", data, run, "-o", folder / "report"}), Contains("predict with this set as dataset"));
   CHECK_THAT(refusal({"train", data, "--network", "rn", "--inputs", "image", "--channels", "1", "-o", folder / "b"}),
              Contains("give either"));
 }

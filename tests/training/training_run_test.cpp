@@ -4,10 +4,10 @@
 #include <catch2/catch.hpp>
 #include <filesystem>
 
-#include "network/model/network_file.h"
-#include "network/model/trained_network.h"
-#include "runtime/base/error.h"
-#include "runtime/base/file.h"
+#include "itn/error.h"
+#include "itn/file.h"
+#include "itn/network_file.h"
+#include "itn/trained_network.h"
 #include "tests/support/made_up_dataset.h"
 #include "tests/support/temporary_folder.h"
 

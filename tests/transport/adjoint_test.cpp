@@ -2,10 +2,10 @@
 #include <catch2/catch.hpp>
 #include <limits>
 
-#include "runtime/base/error.h"
+#include "itn/error.h"
+#include "itn/gradient_renderer.h"
+#include "itn/parameters.h"
 #include "runtime/inverse/image_loss.h"
-#include "runtime/render/gradient_renderer.h"
-#include "runtime/scene/parameters.h"
 #include "transport.h"
 
 using namespace itn;

@@ -8,8 +8,8 @@
 #include <functional>
 
 #include "../support/z_test.h"
+#include "itn/parameters.h"
 #include "runtime/render/derivative/difference.h"
-#include "runtime/scene/parameters.h"
 #include "samples.h"
 
 using namespace itn;

@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "../support/temporary_folder.h"
-#include "runtime/base/file.h"
-#include "runtime/render/gradient_renderer.h"
+#include "itn/file.h"
+#include "itn/gradient_renderer.h"
 #include "transport.h"
 
 using namespace itn;

@@ -5,7 +5,7 @@
 
 #include "../support/temporary_folder.h"
 #include "../support/z_test.h"
-#include "runtime/base/file.h"
+#include "itn/file.h"
 #include "runtime/scene/volume/volume_file.h"
 #include "transport.h"
 

@@ -7,8 +7,8 @@
 #include <map>
 
 #include "../support/z_test.h"
+#include "itn/parameters.h"
 #include "reference_rows.h"
-#include "runtime/scene/parameters.h"
 #include "samples.h"
 
 using namespace itn;

@@ -7,8 +7,8 @@
 #include <utility>
 
 #include "../support/z_test.h"
-#include "runtime/base/error.h"
-#include "runtime/scene/parameters.h"
+#include "itn/error.h"
+#include "itn/parameters.h"
 #include "transport.h"
 
 using namespace itn;

@@ -5,7 +5,7 @@
 #include <tuple>
 
 #include "../support/z_test.h"
-#include "runtime/scene/parameters.h"
+#include "itn/parameters.h"
 #include "transport.h"
 
 using namespace itn;

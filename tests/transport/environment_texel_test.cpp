@@ -7,9 +7,9 @@
 #include <cmath>
 
 #include "../support/temporary_folder.h"
-#include "runtime/base/file.h"
-#include "runtime/image/exr.h"
-#include "runtime/scene/parameters.h"
+#include "itn/exr.h"
+#include "itn/file.h"
+#include "itn/parameters.h"
 #include "runtime/scene/volume/volume_file.h"
 #include "weighed.h"
 

@@ -3,7 +3,7 @@
 
 #include "../support/temporary_folder.h"
 #include "../support/z_test.h"
-#include "runtime/base/file.h"
+#include "itn/file.h"
 #include "transport.h"
 
 using namespace itn;

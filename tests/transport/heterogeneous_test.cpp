@@ -5,8 +5,8 @@
 #include <memory>
 
 #include "../support/z_test.h"
-#include "runtime/render/gradient_renderer.h"
-#include "runtime/scene/parameters.h"
+#include "itn/gradient_renderer.h"
+#include "itn/parameters.h"
 #include "runtime/scene/transform.h"
 #include "transport.h"
 

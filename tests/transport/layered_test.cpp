@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "../support/z_test.h"
-#include "runtime/scene/parameters.h"
+#include "itn/parameters.h"
 #include "transport.h"
 
 using namespace itn;

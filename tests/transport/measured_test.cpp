@@ -4,11 +4,11 @@
 
 #include "../support/merl_file.h"
 #include "../support/temporary_folder.h"
+#include "itn/file.h"
+#include "itn/gradient_renderer.h"
+#include "itn/model.h"
+#include "itn/parameters.h"
 #include "kernels/model/bsdf/rough_conductor.h"
-#include "runtime/base/file.h"
-#include "runtime/render/gradient_renderer.h"
-#include "runtime/scene/model/model.h"
-#include "runtime/scene/parameters.h"
 #include "transport.h"
 
 using namespace itn;

@@ -76,7 +76,7 @@ TEST_CASE("a mended mesh has the image of the whole one, within noise", "[transp
 TEST_CASE("an open mesh is rendered on request, and its stray paths are counted", "[transport]") {
   MeshScene star(test_scene("mitsuba/star.ply"));
   std::erase_if(star.mesh.triangle, [&](const auto& t) { return star.mesh.position[t[0]][1] < 0; });
-  CHECK_THROWS_WITH(star.load(), Catch::Contains("open edges") && Catch::Contains("--open"));
+  CHECK_THROWS_WITH(star.load(), Catch::Contains("open edges") && Catch::Contains("(open)"));
   const Scene scene = star.load({.open = true});
   REQUIRE(scene.warnings.size() == 1);
   const Rendering image = render(scene, 3);

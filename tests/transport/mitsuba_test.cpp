@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "../support/z_test.h"
-#include "runtime/image/exr.h"
+#include "itn/exr.h"
 #include "transport.h"
 
 using namespace itn;

@@ -4,8 +4,8 @@
 #include <cmath>
 
 #include "../support/temporary_folder.h"
-#include "runtime/base/file.h"
-#include "runtime/image/exr.h"
+#include "itn/exr.h"
+#include "itn/file.h"
 #include "transport.h"
 
 using namespace itn;

@@ -7,10 +7,10 @@
 #include <numeric>
 
 #include "../support/temporary_folder.h"
-#include "runtime/base/error.h"
-#include "runtime/base/file.h"
-#include "runtime/image/exr.h"
-#include "runtime/scene/parameters.h"
+#include "itn/error.h"
+#include "itn/exr.h"
+#include "itn/file.h"
+#include "itn/parameters.h"
 #include "weighed.h"
 
 using namespace itn;

@@ -4,9 +4,9 @@
 #include <map>
 #include <string>
 
-#include "runtime/render/device/device.h"
-#include "runtime/render/renderer.h"
-#include "runtime/scene/load.h"
+#include "itn/device.h"
+#include "itn/load_scene.h"
+#include "itn/renderer.h"
 
 namespace itn::test {
 

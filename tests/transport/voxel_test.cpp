@@ -10,8 +10,8 @@
 #include <memory>
 
 #include "../support/temporary_folder.h"
-#include "runtime/base/file.h"
-#include "runtime/scene/parameters.h"
+#include "itn/file.h"
+#include "itn/parameters.h"
 #include "runtime/scene/volume/volume_file.h"
 #include "weighed.h"
 

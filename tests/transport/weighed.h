@@ -4,8 +4,8 @@
 #include <numeric>
 #include <vector>
 
+#include "itn/gradient_renderer.h"
 #include "runtime/inverse/image_loss.h"
-#include "runtime/render/gradient_renderer.h"
 #include "transport.h"
 
 namespace itn::test {

@@ -3,8 +3,8 @@
 #include <cmath>
 #include <filesystem>
 
-#include "runtime/base/error.h"
-#include "runtime/scene/save.h"
+#include "itn/error.h"
+#include "itn/save_scene.h"
 #include "tests/scene/scene_folder.h"
 
 using namespace itn;

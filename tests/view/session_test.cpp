@@ -6,7 +6,7 @@
 #include <cmath>
 #include <thread>
 
-#include "runtime/base/error.h"
+#include "itn/error.h"
 #include "runtime/image/accumulation.h"
 #include "tests/inversion/small_scene.h"
 

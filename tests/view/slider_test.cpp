@@ -5,7 +5,7 @@
 #include <filesystem>
 #include <string>
 
-#include "runtime/scene/load.h"
+#include "itn/load_scene.h"
 
 using namespace itn;
 

@@ -11,10 +11,10 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
-#include "runtime/base/error.h"
+#include "itn/error.h"
+#include "itn/load_scene.h"
+#include "itn/renderer.h"
 #include "runtime/base/json_text.h"
-#include "runtime/render/renderer.h"
-#include "runtime/scene/load.h"
 #include "tools/itn/bench/derivatives.h"
 #include "tools/itn/bench/measurement.h"
 #include "tools/itn/bench/stages.h"

@@ -11,8 +11,8 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
-#include "runtime/base/error.h"
-#include "runtime/base/file.h"
+#include "itn/error.h"
+#include "itn/file.h"
 #include "runtime/base/printable.h"
 #include "runtime/base/private_file.h"
 #include "runtime/base/ranks.h"

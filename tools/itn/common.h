@@ -8,8 +8,8 @@
 #include <string>
 #include <vector>
 
-#include "runtime/render/renderer.h"
-#include "runtime/scene/load.h"
+#include "itn/load_scene.h"
+#include "itn/renderer.h"
 
 namespace CLI {
 class App;

@@ -9,17 +9,17 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
+#include "itn/error.h"
+#include "itn/version.h"
 #include "network/dataset/config.h"
 #include "network/dataset/merge_dataset.h"
 #include "network/dataset/render_dataset.h"
 #include "network/dataset/stored_image.h"
 #include "network/model/input.h"
-#include "runtime/base/error.h"
 #include "runtime/base/folder_lock.h"
 #include "runtime/base/folder_owner.h"
 #include "runtime/base/inputs.h"
 #include "runtime/base/seconds_since.h"
-#include "runtime/base/version.h"
 #include "runtime/image/contact_sheet.h"
 #include "tools/itn/common.h"
 #include "tools/itn/interrupt.h"

@@ -4,8 +4,8 @@
 #include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
 
-#include "runtime/base/error.h"
-#include "runtime/render/device/device.h"
+#include "itn/device.h"
+#include "itn/error.h"
 #include "runtime/render/device/driver_faults.h"
 #include "tools/itn/common.h"
 

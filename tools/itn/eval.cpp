@@ -7,13 +7,13 @@
 #include <optional>
 #include <sstream>
 
+#include "itn/error.h"
+#include "itn/file.h"
 #include "network/evaluation/claims.h"
 #include "network/evaluation/report.h"
 #include "network/evaluation/run_evaluation.h"
 #include "network/evaluation/tables.h"
 #include "network/model/threads.h"
-#include "runtime/base/error.h"
-#include "runtime/base/file.h"
 #include "runtime/base/folder_lock.h"
 #include "runtime/base/seconds_since.h"
 #include "tools/itn/common.h"

@@ -5,10 +5,10 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
+#include "itn/error.h"
+#include "itn/file.h"
+#include "itn/trained_network.h"
 #include "network/model/onnx_file.h"
-#include "network/model/trained_network.h"
-#include "runtime/base/error.h"
-#include "runtime/base/file.h"
 #include "runtime/base/inputs.h"
 #include "tools/itn/common.h"
 

@@ -5,13 +5,13 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "runtime/base/error.h"
-#include "runtime/base/file.h"
+#include "itn/error.h"
+#include "itn/file.h"
+#include "itn/load_scene.h"
+#include "itn/parameters.h"
+#include "itn/renderer.h"
 #include "runtime/base/inputs.h"
 #include "runtime/render/derivative_check.h"
-#include "runtime/render/renderer.h"
-#include "runtime/scene/load.h"
-#include "runtime/scene/parameters.h"
 #include "tools/itn/common.h"
 #include "tools/itn/interrupt.h"
 #include "tools/itn/progress.h"

@@ -9,16 +9,16 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
-#include "runtime/base/error.h"
-#include "runtime/base/file.h"
+#include "itn/error.h"
+#include "itn/exr.h"
+#include "itn/file.h"
+#include "itn/load_scene.h"
+#include "itn/parameters.h"
 #include "runtime/base/inputs.h"
 #include "runtime/base/ranks.h"
 #include "runtime/base/sample_index.h"
 #include "runtime/base/seconds_since.h"
-#include "runtime/image/exr.h"
 #include "runtime/inverse/measured_loss.h"
-#include "runtime/scene/load.h"
-#include "runtime/scene/parameters.h"
 #include "runtime/scene/volume/volume_file.h"
 #include "tools/itn/common.h"
 #include "tools/itn/interrupt.h"

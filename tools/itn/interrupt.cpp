@@ -15,7 +15,7 @@
 #include <new>
 #include <system_error>
 
-#include "runtime/base/file.h"
+#include "itn/file.h"
 #include "runtime/base/limits.h"
 #include "runtime/render/device/kernel_cache.h"
 #include "tools/itn/hold_signals.h"

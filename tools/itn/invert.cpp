@@ -8,15 +8,15 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
-#include "network/model/trained_network.h"
+#include "itn/error.h"
+#include "itn/file.h"
+#include "itn/load_scene.h"
+#include "itn/trained_network.h"
+#include "itn/version.h"
 #include "network/prediction/network_start.h"
-#include "runtime/base/error.h"
-#include "runtime/base/file.h"
 #include "runtime/base/inputs.h"
 #include "runtime/base/ranks.h"
-#include "runtime/base/version.h"
 #include "runtime/inverse/gauss_newton/numbers_inversion.h"
-#include "runtime/scene/load.h"
 #include "tools/itn/common.h"
 #include "tools/itn/interrupt.h"
 #include "tools/itn/invert_textures.h"

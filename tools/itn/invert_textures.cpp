@@ -7,10 +7,10 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "runtime/base/error.h"
-#include "runtime/base/file.h"
+#include "itn/error.h"
+#include "itn/exr.h"
+#include "itn/file.h"
 #include "runtime/base/seconds_since.h"
-#include "runtime/image/exr.h"
 #include "runtime/image/png.h"
 #include "runtime/image/preview.h"
 #include "runtime/image/srgb.h"

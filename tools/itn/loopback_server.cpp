@@ -15,7 +15,7 @@
 #include <system_error>
 #include <thread>
 
-#include "runtime/base/error.h"
+#include "itn/error.h"
 
 namespace itn::tools {
 namespace {

@@ -19,16 +19,16 @@
 #include <thread>
 #include <vector>
 
+#include "itn/device.h"
+#include "itn/error.h"
+#include "itn/file.h"
 #include "network/model/threads.h"
-#include "runtime/base/error.h"
-#include "runtime/base/file.h"
 #include "runtime/base/input_errors.h"
 #include "runtime/base/limits.h"
 #include "runtime/base/parallel.h"
 #include "runtime/base/printable.h"
 #include "runtime/base/ranks/local_ranks.h"
 #include "runtime/base/ranks/mpi_ranks.h"
-#include "runtime/render/device/device.h"
 #include "tools/itn/common.h"
 #include "tools/itn/interrupt.h"
 #include "tools/itn/manual.h"

@@ -6,8 +6,8 @@
 #include <CLI/CLI.hpp>
 #include <vector>
 
-#include "runtime/base/file.h"
-#include "runtime/base/version.h"
+#include "itn/file.h"
+#include "itn/version.h"
 
 namespace itn::tools {
 namespace {

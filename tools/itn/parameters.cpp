@@ -1,5 +1,5 @@
 // itn parameters: what of a scene can be named, and what can be differentiated.
-#include "runtime/scene/parameters.h"
+#include "itn/parameters.h"
 
 #include <fmt/format.h>
 
@@ -7,8 +7,8 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "itn/load_scene.h"
 #include "runtime/base/inputs.h"
-#include "runtime/scene/load.h"
 #include "tools/itn/common.h"
 
 namespace itn::tools {

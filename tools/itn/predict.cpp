@@ -10,14 +10,13 @@
 #include <optional>
 #include <utility>
 
-#include "network/model/trained_network.h"
-#include "network/prediction/answer_emulator.h"
+#include "itn/error.h"
+#include "itn/file.h"
+#include "itn/load_scene.h"
+#include "itn/trained_network.h"
 #include "network/prediction/predict_images.h"
 #include "network/prediction/prediction_errors.h"
-#include "runtime/base/error.h"
-#include "runtime/base/file.h"
 #include "runtime/base/inputs.h"
-#include "runtime/scene/load.h"
 #include "tools/itn/common.h"
 #include "tools/itn/interrupt.h"
 #include "tools/itn/progress.h"
@@ -29,7 +28,7 @@ namespace {
 struct PredictArguments {
   CommonOptions common;
   std::string run, judge, dataset, scene, shape_buffers;
-  int sensor = 0, exemplars = 0;
+  int sensor = 0;
   std::vector<std::string> images;
   std::vector<double> light;
   std::vector<std::string> mask, flash;
@@ -92,16 +91,6 @@ void run(PredictArguments options) {
     for (const std::string& text : scene->warnings) warn(options.common, text);
     chosen_sensor(*scene, options.sensor);  // throws where there is none
   }
-  std::optional<Device> device;
-  std::optional<Progress> progress;
-  Showing showing;
-  if (options.exemplars > 0) {
-    device.emplace(options.common.device);
-    const double renderings = options.exemplars + static_cast<double>(options.images.size());
-    progress.emplace(options.scene, renderings, "renderings", !options.common.quiet);
-    showing = {options.exemplars, &*device, options.common.spp, options.common.seed,
-               [&](double fraction) { progress->update(fraction); }};
-  }
   PredictionRequest request{options.run, options.images, scene ? &*scene : nullptr, options.sensor};
   request.dataset = options.dataset;
   request.test_images = tested.has_value();
@@ -112,12 +101,10 @@ void run(PredictArguments options) {
   request.longest_side_mm = options.longest_side;
   request.photo = options.photo;
   request.judge = options.judge;
-  request.showing = std::move(showing);
   nlohmann::ordered_json images = nlohmann::ordered_json::array();
   int doubted = 0;
   const auto each = [&](const NetworkDescription& network, const ImagePrediction& image) {
     nlohmann::ordered_json line{{"file", image.file}};
-    if (progress) progress->clear();
     std::string text = image.file;
     for (std::size_t i = 0; i < image.parameters.size(); ++i) {
       const ParameterEstimate& estimate = image.parameters[i];
@@ -144,21 +131,12 @@ void run(PredictArguments options) {
                                 {"channels", predicted.network.channels},
                                 {"mm_per_unit", predicted.network.mm_per_unit},
                                 {"unit_of_sigma_t", predicted.in_scene ? "1/scene unit" : "1/mm"},
-                                {"exemplars", {{"count", options.exemplars}, {"spp", predicted.exemplars_spp}}},
                                 {"images", images}};
   if (predicted.doubt_limit) result["doubt_limit"] = *predicted.doubt_limit;
   if (tested) result["errors"] = report_errors(options.common, *tested, predicted);
   if (tested && predicted.doubt_limit && options.common.talkative())
     fmt::print("{} of {} images are doubted\n", doubted, predicted.images.size());
-  // Shown the scene, it knows whether an image is of it, as an inversion does.
-  std::string unlike;
-  if (options.exemplars > 0 && !tested && doubted > 0)
-    unlike = fmt::format("{} of {} images are like no material in the scene: what is said of them does not hold",
-                         doubted, images.size());
-  if (!unlike.empty() && options.common.talkative()) fmt::print("{}\n", unlike);
   write_json(options.common, result);
-  if (!unlike.empty())
-    throw ResultError("predict: " + unlike + "; check light, shape, surface and camera of the scene");
 }
 
 // Without a RUN before the images it is a shipped one: with photos by flash the one for those.
@@ -194,16 +172,9 @@ void add_predict(CLI::App& app) {
   command->add_option("--scene", options->scene,
                       "Mitsuba 3 XML file of what the images show: gives shape, light and the unit of length (-D fills "
                       "$name, as for itn render)");
-  command
-      ->add_option(
-          "--exemplars", options->exemplars,
-          "with --scene: show the network so many renderings of it, of other materials each (24, say), and one more "
-          "for each image, where its material was found: what it answers to these says what its answer to an image "
-          "means in this scene, and how surely")
-      ->check(CLI::Range(least_exemplars, most_exemplars));
   command->add_option("--judge", options->judge,
                       "network that itn train --network judge made, which says of each image how much it doubts that "
-                      "it is like those that RUN learnt from; the networks that ship have judges of their own");
+                      "it is like those that RUN learnt from; `shipped-photos` has one of its own");
   add_sensor_option(*command, options->sensor);
   command->add_option("--shape-buffers", options->shape_buffers,
                       "six channels: OpenEXR file with the channels normal.X, normal.Y, normal.Z, depth and mask, of "
@@ -232,7 +203,7 @@ void add_predict(CLI::App& app) {
                    "photos: the radiance that their largest sample stands for; networks know how bright things are")
       ->check(CLI::Range(1e-6, 1e6))
       ->capture_default_str();
-  add_common_options(*command, options->common, "of exemplars: as noisy as the images");
+  add_common_options(*command, options->common);
   add_open_option(*command, options->common);
   command->callback([options] {
     take_run(*options);

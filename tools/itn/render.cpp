@@ -7,17 +7,17 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
-#include "runtime/base/error.h"
+#include "itn/error.h"
+#include "itn/exr.h"
+#include "itn/load_scene.h"
+#include "itn/parameters.h"
+#include "itn/renderer.h"
 #include "runtime/base/inputs.h"
 #include "runtime/base/ranks.h"
 #include "runtime/base/seconds_since.h"
-#include "runtime/image/exr.h"
 #include "runtime/image/png.h"
 #include "runtime/image/preview.h"
-#include "runtime/render/renderer.h"
 #include "runtime/render/rendering_warnings.h"
-#include "runtime/scene/load.h"
-#include "runtime/scene/parameters.h"
 #include "tools/itn/common.h"
 #include "tools/itn/interrupt.h"
 #include "tools/itn/progress.h"

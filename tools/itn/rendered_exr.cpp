@@ -2,8 +2,8 @@
 
 #include <nlohmann/json.hpp>
 
-#include "runtime/base/version.h"
-#include "runtime/scene/parameters.h"
+#include "itn/parameters.h"
+#include "itn/version.h"
 #include "tools/itn/common.h"
 
 namespace itn::tools {

@@ -3,8 +3,8 @@
 #include <string>
 #include <vector>
 
-#include "runtime/image/exr.h"
-#include "runtime/render/renderer.h"
+#include "itn/exr.h"
+#include "itn/renderer.h"
 
 namespace itn::tools {
 

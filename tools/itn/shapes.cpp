@@ -7,10 +7,10 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 
-#include "runtime/base/error.h"
-#include "runtime/base/file.h"
+#include "itn/error.h"
+#include "itn/file.h"
+#include "itn/renderer.h"
 #include "runtime/image/contact_sheet.h"
-#include "runtime/render/renderer.h"
 #include "runtime/scene/mesh/mesh_file.h"
 #include "runtime/scene/mesh/mesh_topology.h"
 #include "runtime/scene/mesh/shape_meshes.h"

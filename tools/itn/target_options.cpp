@@ -5,7 +5,7 @@
 #include <CLI/CLI.hpp>
 #include <numeric>
 
-#include "runtime/base/error.h"
+#include "itn/error.h"
 #include "runtime/base/ranks.h"
 
 namespace itn::tools {

@@ -6,10 +6,10 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
-#include "network/model/network_file.h"
+#include "itn/error.h"
+#include "itn/file.h"
+#include "itn/network_file.h"
 #include "network/training/training_run.h"
-#include "runtime/base/error.h"
-#include "runtime/base/file.h"
 #include "runtime/base/ranks.h"
 #include "runtime/base/seconds_since.h"
 #include "tools/itn/common.h"

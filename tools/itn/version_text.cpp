@@ -4,8 +4,8 @@
 
 #include <exception>
 
-#include "runtime/base/version.h"
-#include "runtime/render/device/device.h"
+#include "itn/device.h"
+#include "itn/version.h"
 
 namespace itn::tools {
 namespace {

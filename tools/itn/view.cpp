@@ -7,7 +7,7 @@
 #include <nlohmann/json.hpp>
 #include <thread>
 
-#include "runtime/base/error.h"
+#include "itn/error.h"
 #include "runtime/base/inputs.h"
 #include "tools/itn/common.h"
 #include "tools/itn/interrupt.h"

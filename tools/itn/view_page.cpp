@@ -9,12 +9,12 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
-#include "runtime/base/error.h"
+#include "itn/error.h"
+#include "itn/exr.h"
+#include "itn/save_scene.h"
 #include "runtime/base/json_text.h"
-#include "runtime/image/exr.h"
 #include "runtime/image/png.h"
 #include "runtime/image/preview.h"
-#include "runtime/scene/save.h"
 #include "runtime/view/slider.h"
 #include "tools/itn/rendered_exr.h"
 

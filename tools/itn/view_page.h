@@ -4,7 +4,7 @@
 #include <mutex>
 #include <string>
 
-#include "runtime/scene/load.h"
+#include "itn/load_scene.h"
 #include "runtime/view/session.h"
 #include "tools/itn/loopback_server.h"
 

@@ -10,7 +10,7 @@
  * and scores are by `scale`, or by what stands around.
  *
  * A sample is of GGX's visible normals (alpha) with probability `gloss`, else of the cosine: both fitted to the table when
- * it is read (runtime/scene/measured_brdf.h).
+ * it is read (include/itn/measured_brdf.h).
  *   Matusik, Pfister, Brand, McMillan 2003, "A data-driven reflectance model", doi:10.1145/882262.882343
  *   Rusinkiewicz 1998, "A new change of variables for efficient BRDF representation", doi:10.1007/978-3-7091-6453-2_2
  * Tests: tests/model/merl_test.cpp, bsdfs_test.cpp; tests/transport/measured_test.cpp */

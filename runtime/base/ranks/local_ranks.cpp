@@ -15,7 +15,7 @@
 #include <thread>
 #include <utility>
 
-#include "runtime/base/error.h"
+#include "itn/error.h"
 #include "runtime/base/parallel.h"
 #include "runtime/base/ranks/work_queue.h"
 
@@ -259,7 +259,7 @@ std::unique_ptr<StartedRanks> start_local_ranks(int count, const std::atomic<boo
     if (process < 0) {
       const std::string why = std::system_category().message(errno);
       for (const pid_t started : processes) kill(started, SIGKILL);
-      throw ResultError("--device: no process for each of the devices can be started: " + why);
+      throw ResultError("device: no process for each of the devices can be started: " + why);
     }
     if (process == 0) {
       prctl(PR_SET_PDEATHSIG, SIGKILL);

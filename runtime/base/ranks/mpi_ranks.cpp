@@ -12,7 +12,7 @@
 #include <string>
 #include <thread>
 
-#include "runtime/base/error.h"
+#include "itn/error.h"
 #include "runtime/base/parallel.h"
 #include "runtime/base/ranks/work_queue.h"
 

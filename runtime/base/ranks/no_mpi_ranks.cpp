@@ -1,7 +1,7 @@
 #include <cstdlib>
 #include <string>
 
-#include "runtime/base/error.h"
+#include "itn/error.h"
 #include "runtime/base/ranks/mpi_ranks.h"
 
 namespace itn {
@@ -11,7 +11,7 @@ std::unique_ptr<StartedRanks> join_ranks(const std::atomic<bool>& /*cancel*/) {
   if (count && std::string(count) != "1")
     throw UsageError(
         "started by mpirun, and this itn was built without MPI: install libopenmpi-dev and build it again, or start it "
-        "once (itn dataset: --part K/N)");
+        "once (data sets: once for each part, K/N)");
   return nullptr;
 }
 

@@ -24,7 +24,7 @@ constexpr int better_reference = 4;      // samples of it where noise hides a di
 constexpr int most_sample_number = 1 << 30;
 constexpr double least_damping = 1e-6, most_damping = 1e3;
 
-// Of a pixel, as many as `all` pixels have: of few pixels those cost nothing.
+// Samples a pixel for a total of `all` over all pixels: few pixels can afford many samples.
 int shared_out(double all, const std::vector<TargetImage>& targets) {
   double pixels = 0;
   for (const TargetImage& target : targets) pixels += double(target.width) * target.height;

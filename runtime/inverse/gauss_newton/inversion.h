@@ -1,6 +1,6 @@
-// Analysis by synthesis: parameters for which the rendered images are those of the targets. Two ways to the same end,
-// in the coordinates of coordinate.h; both are a sequence of iterations of which each starts from a state that can be
-// stored, so an interrupted inversion goes on with the same numbers.
+// Analysis by synthesis: parameters for which the rendered images are those of the targets. Two methods with the same
+// result, in the coordinates of coordinate.h; both are a sequence of iterations of which each starts from a state that
+// can be stored, so an interrupted inversion goes on with the same numbers.
 //
 // Adam (Kingma and Ba 2015) as in the paper: the image loss and its unbiased gradient, the same few samples a pixel in
 // every iteration, a step size that falls to 0 as a cosine.
@@ -15,9 +15,9 @@
 #include <string>
 #include <vector>
 
+#include "itn/target_image.h"
 #include "runtime/inverse/adam_step.h"
 #include "runtime/inverse/gauss_newton/normal_equations.h"
-#include "runtime/inverse/target_image.h"
 
 namespace itn {
 
@@ -40,7 +40,7 @@ struct InversionState {
   int spp = 0, next_sample = 0;  // its samples
   std::vector<double> x;         // the unknowns (least_squares.h) that it renders
   bool done = false, converged = false;
-  int joined = -1;  // it was given up on the way to where this earlier start ended (StoredInversion::join)
+  int joined = -1;  // abandoned since it was heading for the end of this earlier start (StoredInversion::join)
   // Gauss-Newton: the rendering that is the reference, the accepted point, and how far it trusts a step.
   std::vector<double> reference_x, accepted_x;
   int reference_spp = 0, reference_sample = 0;
@@ -67,7 +67,7 @@ class Inversion {
   // One iteration; not of a state that is done.
   InversionStep advance(InversionState& state);
 
-  // What is known at the end of it: rendered afresh there.
+  // The results at the end of a state, from a new rendering there.
   struct Conclusion {
     std::vector<double> x;  // the unknowns
     Eigen::MatrixXd covariance;
@@ -94,7 +94,7 @@ class Inversion {
   std::vector<double> clamped(std::vector<double> x) const;
   std::vector<Reference> references_of(const std::vector<Rendering>& images, const std::vector<double>& x) const;
   void take_reference(const std::vector<double>& x, int first, int spp);
-  // Where the next iteration renders; true: this one's rendering is its reference.
+  // Moves the state to where the next iteration renders; true: this iteration's rendering is its reference.
   bool gauss_newton(const LeastSquares& equations, InversionState& state, InversionStep& step) const;
   void adam(const std::vector<std::vector<Rendering>>& images, InversionState& state, InversionStep& step) const;
 

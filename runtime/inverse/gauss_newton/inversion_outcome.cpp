@@ -19,7 +19,7 @@ constexpr std::size_t enough_same = 3;  // starts that end in one place: it is w
 
 bool gauss_newton(const InversionOutcome& outcome) { return outcome.question.method == "gauss-newton"; }
 
-// Of the parameters, root mean square over them, in the end's standard errors.
+// Root mean square distance of the parameters from an end, in that end's standard errors.
 double distance(const std::vector<double>& x, const Inversion::Conclusion& end, std::size_t parameters) {
   double sum = 0;
   for (std::size_t p = 0; p < parameters; ++p) {
@@ -37,7 +37,7 @@ bool same_end(const Inversion::Conclusion& a, const Inversion::Conclusion& b) {
   return true;
 }
 
-// How much more of the targets, squared, `a` leaves than `b`, and the standard error of that.
+// Sum of squared residuals of `a` less that of `b`, and its standard error.
 struct Excess {
   double value = 0, error = 0;
   // Is `a` as good?
@@ -62,7 +62,7 @@ bool as_good(const Inversion::Conclusion& a, const Inversion::Conclusion& best) 
   return excess(a, best).undecided() && (a.fit.looks_alike() || !best.fit.looks_alike());
 }
 
-// Of two that are as good: converged, or else without a pattern where the other leaves one.
+// Prefers, among two that fit equally well, the one that has converged, else the one that leaves no pattern.
 bool preferred(const Inversion::Conclusion& a, const Inversion::Conclusion& b) {
   return a.converged != b.converged ? a.converged : a.fit.looks_alike() && !b.fit.looks_alike();
 }
@@ -73,7 +73,7 @@ bool better(const Inversion::Conclusion& a, const Inversion::Conclusion& b) {
   return excess(a, b).value < 0;
 }
 
-// What is left is compared in the unit of the noise, which is the rendering's part, too: a run's own.
+// Residuals are compared in units of the noise. It contains the rendering's own, so each run has its own unit.
 InversionRun run_of(Inversion& inversion, const std::vector<Coordinate>& coordinates, const StartedInversion& started,
                     const std::vector<InversionRun>& before) {
   std::vector<double> values;

@@ -1,4 +1,5 @@
-// What came out of an inversion from one or several starts: intervals, what the images tell apart, and words for it.
+// The outcome of an inversion from one or several starts: intervals, the directions that the images tell apart, and
+// sentences for people.
 //
 // From far away Gauss-Newton may end in another minimum, and small intervals there say nothing of the right one; often
 // even its image fits, until another start finds one that fits better. So further starts follow (each is given up as
@@ -19,10 +20,10 @@ struct InversionRun {
   std::vector<double> start;  // values of the parameters
   std::vector<InversionStep> steps;
   Inversion::Conclusion end;
-  int joined = -1;  // the run whose end this one was on the way to, and has
+  int joined = -1;  // the run whose end this one was heading for, and has
 };
 
-// What several ends say together.
+// The ends of several runs compared.
 struct Agreement {
   std::size_t count = 0;  // of the runs
   std::size_t best = 0;   // what is left of the targets is least; of those that are as good, one that converged and
@@ -36,7 +37,7 @@ struct Agreement {
 };
 Agreement agreement(const std::vector<InversionRun>& runs);
 
-// What was asked, for reports.
+// The user's question, for reports.
 struct InversionQuestion {
   std::string scene, method, folder;
   std::vector<std::string> targets;  // files
@@ -60,7 +61,7 @@ struct InversionOutcome {
   bool converged() const;
 };
 
-// How many starts there are at least, and may be, where nobody says.
+// Least and greatest number of starts where the user gives none.
 constexpr std::size_t least_starts = 4, most_starts = 8;
 
 // Runs all that is wanted of `stored` to its end, and renders there. Gauss-Newton: until_sure asks for further starts
@@ -78,7 +79,7 @@ std::vector<std::string> verdict(const InversionOutcome& outcome, const std::vec
 // One a direction, from the best known to the worst.
 std::vector<std::string> ambiguity_words(const InversionOutcome& outcome, const std::vector<Coordinate>& coordinates);
 
-// Of every method's outcome. deviation: what the length of a direction is, such as "standard error".
+// The same for every method's outcome. deviation: the unit of a direction's length, such as "standard error".
 std::vector<std::string> ambiguity_words(const std::vector<Direction>& directions,
                                          const std::vector<Coordinate>& coordinates, const std::string& deviation);
 nlohmann::ordered_json to_json(const std::vector<Direction>& directions, const std::vector<Coordinate>& coordinates,
@@ -86,7 +87,7 @@ nlohmann::ordered_json to_json(const std::vector<Direction>& directions, const s
 nlohmann::ordered_json to_json(const std::vector<Interval>& intervals);
 // " (does not hold)" of an interval that does not, else nothing.
 std::string mark(const Interval& interval);
-// One sentence of a result that failed: what is wrong, and what it looks like. Empty: nothing is.
+// One sentence about a result that failed: what is wrong, and the likely reason. Empty: nothing is.
 std::string failure(const InversionOutcome& outcome);
 
 }  // namespace itn

@@ -5,8 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "runtime/base/file.h"
-#include "runtime/image/exr.h"
+#include "itn/exr.h"
+#include "itn/file.h"
 #include "runtime/image/png.h"
 #include "runtime/image/preview.h"
 #include "runtime/report/html.h"

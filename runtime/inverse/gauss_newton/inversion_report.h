@@ -1,4 +1,4 @@
-// What an inversion leaves in its folder beside its state: result.json, images, pictures, report.html.
+// Writes the files that an inversion leaves in its folder beside its state: result.json, images, pictures, report.html.
 #pragma once
 #include <vector>
 

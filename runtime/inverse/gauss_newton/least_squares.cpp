@@ -8,7 +8,7 @@
 #include <limits>
 #include <numeric>
 
-#include "runtime/base/error.h"
+#include "itn/error.h"
 #include "runtime/inverse/smoothing.h"
 
 namespace itn {
@@ -165,7 +165,7 @@ Eigen::MatrixXd scale_of(const Rendering& rendering, const TargetImage& target, 
   return scale;
 }
 
-// Of the sum of w Z Z^T, which is singular where an unknown does not show.
+// Inverse of the sum of w Z Z^T, regularised since it is singular where an unknown has no effect on the image.
 Eigen::MatrixXd inverse_of(const Eigen::MatrixXd& scale) {
   const Eigen::VectorXd unit = scale.diagonal().cwiseSqrt().cwiseMax(1e-300).cwiseInverse();
   Eigen::MatrixXd relative = unit.asDiagonal() * scale * unit.asDiagonal();

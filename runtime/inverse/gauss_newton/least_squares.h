@@ -1,5 +1,5 @@
-// Rendered images against targets as a weighted least-squares problem: what Gauss-Newton solves, and what tells how
-// well the parameters are known.
+// Rendered images against targets as a weighted least-squares problem, which Gauss-Newton solves and which tells the
+// parameters' uncertainty.
 //
 // Unknowns x: the coordinates of the parameters, then, where the exposures are unknown, log s of every target (the
 // model of a target is s T), then, where the white balance is unknown, log b of red and of blue, which all targets
@@ -11,7 +11,7 @@
 //
 // the weights w and the instruments Z (which stand for J where least squares would multiply r with it; in econometrics:
 // instrumental variables) taken from an earlier rendering, the reference, and smoothed over neighbouring pixels as far
-// as their noise asks for. Z need not be J to give the right answer; the nearer, the smaller the error. J itself is far
+// as their noise asks for. Z need not be J for the right result; the nearer, the smaller the error. J itself is far
 // noisier than r, and sum of J r would carry its noise times that of the target.
 #pragma once
 #include <Eigen/Core>
@@ -39,11 +39,11 @@ struct PixelNoise {
 PixelNoise noise_of(const Rendering& rendering, const TargetImage& target, const std::array<double, 3>& factors,
                     double relative_noise);
 
-// What is left of the target, over that noise. rendering: of other samples than those of the noise.
+// Residual of the target over that noise. rendering: of other samples than those of the noise.
 WhiteResidual white_residual(const Rendering& rendering, const TargetImage& target,
                              const std::array<double, 3>& factors, const PixelNoise& noise);
 
-// What weighs the residuals of one image.
+// The noise and the instruments that weigh one image's residuals.
 struct Reference {
   PixelNoise noise;
   Eigen::MatrixXf instruments;  // a column for each pixel and channel: Z
@@ -66,8 +66,8 @@ struct LeastSquares {
   // D_k u. Derivatives by different unknowns have independent noise here, the channels of a pixel the same.
   std::vector<Eigen::MatrixXd> information_noise;
   Eigen::MatrixXd scale;  // sum of w Z Z^T: what the spread is where the noise is as it is said
-  // Of the gradient, from its parts, one a pixel: all noise that there is, known or not. As if the unknowns had not
-  // been fitted to these pixels.
+  // Covariance of the gradient, from the scatter of its parts, one a pixel: it holds all noise, known or not. The fit
+  // of the unknowns to these pixels is not accounted for.
   Eigen::MatrixXd spread;
   Eigen::MatrixXd monte_carlo;  // what the rendering has in it
 };

@@ -10,7 +10,7 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "runtime/base/error.h"
+#include "itn/error.h"
 
 namespace itn {
 namespace {

@@ -28,7 +28,7 @@ class NormalEquations {
     bool hidden = false;
     bool determined = true;  // each direction by the pixels or by the prior
     Eigen::MatrixXd information;
-    // Root mean square over the unknowns, in standard errors, of the way from `from`.
+    // Root mean square over the unknowns of the distance from `from`, in standard errors.
     double distance(const std::vector<double>& from) const;
   };
   // from: the unknowns that it starts at. prior: of the first of them; it counts beside pixels whose noise is what the

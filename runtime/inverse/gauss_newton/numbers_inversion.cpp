@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-#include "runtime/base/error.h"
+#include "itn/error.h"
 #include "runtime/base/seconds_since.h"
 #include "runtime/inverse/gauss_newton/inversion_report.h"
 
@@ -138,8 +138,8 @@ bool asks_for_posterior(const NumbersQuestion& question) {
   return !question.range.empty() || !question.renderings.empty();
 }
 
-// What was named, else the posterior of up to eight numbers, whose intervals hold more often and which needs no start,
-// else Gauss-Newton. Throws UsageError: what is wrong with a range.
+// The method that the question names. Without one: the posterior for up to eight numbers, whose intervals hold more
+// often and which needs no start, else Gauss-Newton. Throws UsageError: a range is wrong.
 std::string method_of(const NumbersQuestion& question, const std::vector<Coordinate>& coordinates) {
   if (!question.method.empty()) return question.method;
   const bool asked_for = asks_for_posterior(question);
@@ -148,7 +148,7 @@ std::string method_of(const NumbersQuestion& question, const std::vector<Coordin
     natural_ranges(coordinates, prior_of(question.prior, coordinates), question.range);
   } catch (const UsageError&) {
     if (asked_for) throw;
-    return "gauss-newton";  // no range to look at
+    return "gauss-newton";  // no range for a posterior
   }
   return "posterior";
 }

@@ -27,7 +27,7 @@ struct NumbersQuestion {
   double learning_rate = 0.05;  // of Adam
   bool exposure = false, white_balance = false;
   NamedIntervals prior;    // 95 %
-  NamedIntervals range;    // where the posterior looks
+  NamedIntervals range;    // ranges of the posterior
   std::string renderings;  // the folder where the posterior keeps them; empty: one in its own
   std::uint64_t seed = 0;
   StoredRun::Json request;   // all that the numbers depend on, but for the method
@@ -36,7 +36,7 @@ struct NumbersQuestion {
   std::chrono::steady_clock::time_point begun = std::chrono::steady_clock::now();
 };
 
-// What a network says of the parameters: Gauss-Newton's prior where the question has none (NetworkGuess).
+// A network's prediction of the parameters: Gauss-Newton's prior where the question has none (NetworkGuess).
 struct NetworkPrior {
   Prior prior;
   std::vector<std::string> words;

@@ -15,7 +15,7 @@ using Json = nlohmann::json;
 // Infinity is stored as null.
 double number_from(const Json& v) { return v.is_null() ? std::numeric_limits<double>::infinity() : v.get<double>(); }
 
-// What a state that was stored is always like: files may have been edited.
+// Checks a stored state's sizes and ranges: its file may have been edited.
 bool is_valid(const InversionState& s, std::size_t unknowns) {
   const auto all_finite = [](const std::vector<double>& v) {
     return std::all_of(v.begin(), v.end(), [](double x) { return std::isfinite(x); });

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "runtime/base/file.h"
+#include "itn/file.h"
 #include "runtime/base/random.h"
 #include "runtime/inverse/gauss_newton/inversion_outcome.h"
 #include "runtime/inverse/posterior/natural_range.h"

@@ -31,13 +31,13 @@ class StoredInversion {
   bool finished() const;  // those that are wanted
   // One more start is wanted, if there is one. True: there is.
   bool another();
-  // The current start, which is on the way to where an earlier one ended, is done; it is stored.
+  // The current start, which is heading for an earlier one's end, is done; it is stored.
   void join(std::size_t earlier);
   // The start whose iteration is next, or was last.
   std::size_t current() const { return started_.size() - 1; }
   // One iteration of the first start that is not done; it is stored. Throws Interrupted: nothing has changed then.
   const InversionStep& advance();
-  // How much is done of those that are wanted, if all took as many iterations as they may, `most`.
+  // The fraction done of the wanted starts, if each took `most` iterations.
   double fraction(int most) const;
   const std::vector<StartedInversion>& started() const { return started_; }
 

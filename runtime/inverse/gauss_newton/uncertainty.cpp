@@ -8,7 +8,7 @@
 #include <cmath>
 #include <numeric>
 
-#include "runtime/base/colour.h"
+#include "itn/colour.h"
 #include "runtime/base/parameter_chain.h"
 #include "runtime/base/statistics.h"
 #include "runtime/scene/model/phase_formula.h"
@@ -82,7 +82,7 @@ std::pair<std::array<double, 2>, std::vector<Influence>> coefficients(const Medi
     const std::size_t slot = static_cast<std::size_t>(p.slot) + (p.kind.channels == 3 ? channel : 0);
     influence(Owner::medium, p.name, {row(extinction)[slot], row(single_scattering_albedo)[slot], 0});
   }
-  // Where the medium is given by reduced scattering, its numbers move with the mean cosine, too.
+  // The numbers of a medium given by reduced scattering move with the mean cosine, too.
   const int slot = medium.model->mean_cosine_slot();
   const auto with_cosine = [&](const char* name) { return slot < 0 ? 0 : row(name)[static_cast<std::size_t>(slot)]; };
   for (const DeclaredParameter& p : phase.model->parameters) {

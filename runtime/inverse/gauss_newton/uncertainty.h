@@ -1,12 +1,12 @@
-// What an inversion knows, for people: intervals, quantities that follow, and the directions that the image cannot tell
+// An inversion's uncertainty, for people: intervals, derived quantities, and the directions that the image cannot tell
 // apart.
 #pragma once
 #include <Eigen/Core>
 #include <string>
 #include <vector>
 
+#include "itn/scene.h"
 #include "runtime/inverse/coordinate.h"
-#include "runtime/scene/scene.h"
 
 namespace itn {
 

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "runtime/base/error.h"
+#include "itn/error.h"
 #include "runtime/inverse/posterior/low_discrepancy.h"
 #include "runtime/inverse/smoothing.h"
 

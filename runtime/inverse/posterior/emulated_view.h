@@ -10,9 +10,9 @@
 #include <array>
 #include <vector>
 
+#include "itn/target_image.h"
 #include "runtime/inverse/posterior/exemplar.h"
 #include "runtime/inverse/posterior/polynomial_fit.h"
-#include "runtime/inverse/target_image.h"
 
 namespace itn {
 

@@ -3,8 +3,8 @@
 
 #include <utility>
 
-#include "runtime/base/file.h"
-#include "runtime/image/exr.h"
+#include "itn/exr.h"
+#include "itn/file.h"
 #include "runtime/image/png.h"
 #include "runtime/image/preview.h"
 #include "runtime/inverse/posterior/posterior_outcome.h"

@@ -8,12 +8,12 @@
 #include <limits>
 #include <utility>
 
-#include "runtime/base/error.h"
-#include "runtime/base/file.h"
+#include "itn/error.h"
+#include "itn/exr.h"
+#include "itn/file.h"
 #include "runtime/base/fingerprint.h"
 #include "runtime/base/json_text.h"
 #include "runtime/base/sample_index.h"
-#include "runtime/image/exr.h"
 
 namespace itn {
 namespace {

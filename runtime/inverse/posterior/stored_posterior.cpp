@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "runtime/base/file.h"
+#include "itn/file.h"
 #include "runtime/base/json_text.h"
 
 namespace itn {

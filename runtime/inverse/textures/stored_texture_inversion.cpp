@@ -10,8 +10,8 @@
 #include <sstream>
 #include <utility>
 
-#include "runtime/base/error.h"
-#include "runtime/base/file.h"
+#include "itn/error.h"
+#include "itn/file.h"
 #include "runtime/base/json_text.h"
 
 namespace itn {
@@ -36,7 +36,7 @@ TextureInversionStep step_from(const Json& j) {
 // After so many steps: the file before it stays whole until state.json names the next.
 std::string unknowns_file(std::size_t steps) { return fmt::format("state-{}.bin", steps % 2); }
 
-// What of a state is one number for each unknown.
+// The parts of a state that hold one number for each unknown.
 std::vector<std::vector<double>*> parts_of(TextureInversionState& state) {
   return {&state.x, &state.moments.first, &state.moments.second, &state.found, &state.squares};
 }

@@ -7,11 +7,11 @@
 #include <limits>
 #include <numeric>
 
-#include "runtime/base/error.h"
+#include "itn/error.h"
+#include "itn/parameter_kind.h"
 #include "runtime/base/random.h"
 #include "runtime/base/sample_index.h"
 #include "runtime/image/accumulation.h"
-#include "runtime/scene/model/parameter_kind.h"
 
 namespace itn {
 namespace {
@@ -32,14 +32,15 @@ Ends ends_of(const Parameter& p) {
   return {p.low + off, p.high_included || !std::isfinite(p.high) ? p.high : p.high - off};
 }
 
-// Of the greatest step size (adam_step.h) that with which the last quarter of the iterations begins: (1 + cos 135) / 2.
+// Step size at the beginning of the last quarter of the iterations, as a share of the greatest (adam_step.h): (1 + cos
+// 135) / 2.
 constexpr double rate_of_last_quarter = 0.1464466;
 
 // Samples of the images at the end.
 constexpr int least_final_samples = 64;
 int final_samples(const TextureInversionOptions& options) { return std::max(least_final_samples, options.spp); }
 
-// Of the streams of the repetitions' noise: none of the seeds of rendering, which count from the same one.
+// Seed for the noise of the repetitions, apart from the seeds of rendering, which count from the same one.
 std::uint64_t noise_seed(std::uint64_t seed) { return mixed_bits(seed ^ 0x6e6f697379ULL); }
 
 }  // namespace
@@ -96,7 +97,7 @@ TextureInversion::TextureInversion(const Device& device, const Scene& scene, con
     if (p.has_values()) {
       if (options.smoothness > 0 && p.by_texels && !is_picture(scene, p))
         throw UsageError("parameter " + name +
-                         ": an attribute of meshes has no neighbours that could be alike; need --smoothness 0");
+                         ": an attribute of meshes has no neighbours that could be alike; need smoothness 0");
       unknown.start = values_of(scene, p);
       unknown.count = unknown.start.data.size();
     } else {

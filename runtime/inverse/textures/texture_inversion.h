@@ -13,12 +13,12 @@
 #include <string>
 #include <vector>
 
+#include "itn/gradient_renderer.h"
+#include "itn/parameters.h"
 #include "runtime/inverse/adam_step.h"
 #include "runtime/inverse/coordinate.h"
 #include "runtime/inverse/image_loss.h"
 #include "runtime/inverse/misfit.h"
-#include "runtime/render/gradient_renderer.h"
-#include "runtime/scene/parameters.h"
 
 namespace itn {
 
@@ -71,11 +71,10 @@ class TextureInversion {
   int steps() const { return options_.iterations + options_.repeats * iterations_of_repeat(); }
 
   std::vector<Parameter> parameters() const;
-  // Of a parameter that is a texture or a grid: its values, and their standard errors, infinite where no path has seen
-  // them.
+  // Values of a parameter that is a texture or a grid, and their standard errors, infinite where no path has seen them.
   VoxelGrid values(const TextureInversionState& state, std::size_t parameter) const;
   VoxelGrid uncertainty(const TextureInversionState& state, std::size_t parameter) const;
-  // Of a number: its value, and where it lies but for so many standard errors.
+  // Value of a parameter that is a number, moved by so many standard errors.
   double number(const TextureInversionState& state, std::size_t parameter, double standard_errors = 0) const;
 
   TextureImages render(const TextureInversionState& state) const;

@@ -37,8 +37,7 @@ class BinaryTree {
   const std::vector<BinaryNode>& nodes() const { return nodes_; }
 
  private:
-  // What testing n primitives costs in node visits; the small term prefers fewer primitives in the same number of
-  // blocks.
+  // Cost of testing n primitives, in node visits; the small term prefers fewer primitives in the same number of blocks.
   float test_cost(std::uint32_t n) const {
     const std::uint32_t blocks = (n + width_ - 1) / width_;
     return static_cast<float>(blocks) + 1e-3f * static_cast<float>(n);
@@ -136,7 +135,7 @@ class BinaryTree {
   std::vector<BinaryNode> nodes_;
 };
 
-// Pulls the binary tree's subtrees with the largest area up until a node has `width` children.
+// Merges the binary tree's subtrees with the largest area into their parent until a node has `width` children.
 class Collapse {
  public:
   Collapse(const std::vector<BinaryNode>& binary, int width, WideTree& tree)

@@ -23,8 +23,8 @@ Vec3 apply(const Transform& t, const Vec3& v, double w) {
   return r;
 }
 
-// How far from the camera its rays start: where it says so, or, where all of the scene is so far ahead that single
-// precision would tell, just before that.
+// Distance from the camera at which its rays start [scene unit]: the near clip distance, or, where the whole scene is
+// so far ahead that single precision would suffer, a point just before it.
 double start_of_rays(const Sensor& sensor, const GeometryRecord& shapes) {
   constexpr double far_away = 64;
   double size = 0;
@@ -46,7 +46,8 @@ double start_of_rays(const Sensor& sensor, const GeometryRecord& shapes) {
 void set_projection(const Sensor& sensor, double near, CameraRecord& r) {
   const bool parallel = sensor.kind == Sensor::Kind::orthographic;
   const double aspect = static_cast<double>(sensor.height) / sensor.width;
-  const double x = parallel ? 1 : std::tan(sensor.fov_x / 2 * std::numbers::pi / 180), y = x * aspect;
+  const double x = parallel ? 1 : std::tan(sensor.fov_x / 2 * std::numbers::pi / 180);
+  const double y = x * aspect * (parallel ? 1 : sensor.pixel_aspect);
   const Vec3 along = apply(sensor.to_world, {0, 0, 1}, 0);
   const Vec3 right = apply(sensor.to_world, {x, 0, 0}, 0), up = apply(sensor.to_world, {0, y, 0}, 0);
   // A pixel sees what lies the offset further to the right and below (as Mitsuba's images, not its manual, have it).
@@ -67,6 +68,13 @@ void set_projection(const Sensor& sensor, double near, CameraRecord& r) {
   const double depth = sensor.far_clip - near;
   if (sensor.near_clip > 0) store((1 / (depth * length(along))) * along, r.clip);
   if (parallel) return;
+  if (std::any_of(sensor.distortion.begin(), sensor.distortion.end(), [](double k) { return k != 0; })) {
+    std::copy(sensor.distortion.begin(), sensor.distortion.end(), r.distortion);
+    r.middle_a = static_cast<float>(-shift_a);
+    r.middle_b = static_cast<float>(-shift_b);
+    r.slope_a = static_cast<float>(x);
+    r.slope_b = static_cast<float>(y);
+  }
   store(right, r.direction_a);
   store(up, r.direction_b);
   store(apply(sensor.to_world, {sensor.aperture_radius, 0, 0}, 0), r.lens_a);

@@ -1,7 +1,7 @@
 // From a sensor of a scene file to what the device reads.
 #pragma once
+#include "itn/scene.h"
 #include "runtime/render/compile/launch_data.h"
-#include "runtime/scene/scene.h"
 
 namespace itn {
 

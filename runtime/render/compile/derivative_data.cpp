@@ -7,14 +7,14 @@
 #include <limits>
 #include <map>
 
+#include "itn/colour.h"
+#include "itn/error.h"
+#include "itn/parameters.h"
 #include "kernels/model/models.h"
 #include "kernels/shared/knee.h"
-#include "runtime/base/colour.h"
-#include "runtime/base/error.h"
 #include "runtime/render/compile/environment.h"
 #include "runtime/scene/model/mixture.h"
 #include "runtime/scene/model/phase_formula.h"
-#include "runtime/scene/parameters.h"
 
 namespace itn {
 namespace {
@@ -143,7 +143,7 @@ class Builder {
     }
   }
 
-  // Of the medium whose phase function this is.
+  // Slot of the mean cosine in the medium of this phase function; -1: none.
   int mean_cosine_slot(Owner owner, int index) const {
     return owner == Owner::phase ? scene_.media[static_cast<std::size_t>(index)].model->mean_cosine_slot() : -1;
   }
@@ -188,7 +188,7 @@ class Builder {
     }
   }
 
-  // What tints a light.
+  // The texture that tints a light.
   void add_picture(const Parameter& p, int index, int image) {
     const Light& light = scene_.lights[static_cast<std::size_t>(index)];
     const DeclaredNumber& number = light.model->number_called(p.member);
@@ -223,7 +223,7 @@ class Builder {
     }
   }
 
-  // Of one value of a medium or of its phase function.
+  // The grid of one value of a medium or of its phase function.
   void add_grid(const Parameter& p, int index, std::size_t i, int image) {
     const Texture& value = instance(p.owner, index).values[i];
     DifferentiatedTexture grid;
@@ -243,7 +243,7 @@ class Builder {
     data_.numbers.back().field = field.sum;
   }
 
-  // Which field of the launch the grid of values[i] is.
+  // Index of the launch's field that holds the grid of values[i].
   int field_of(Owner owner, int index, std::size_t i) const {
     const MediumRecord& record = launch_.media[static_cast<std::size_t>(start().first_medium + index)];
     const Instance& own = instance(owner, index);
@@ -255,7 +255,7 @@ class Builder {
                std::count_if(own.values.begin(), own.values.begin() + static_cast<std::ptrdiff_t>(i), is_grid));
   }
 
-  // Where the sums by the texels or voxels of `wanted` begin. Surfaces or media of the same parameter share them.
+  // Index of the first sum by the texels or voxels of `wanted`. Surfaces or media of the same parameter share them.
   int sums_of(DifferentiatedTexture wanted, int image) {
     for (const DifferentiatedTexture& known : data_.textures)
       if (known.image == image && known.bitmap == wanted.bitmap && known.grid == wanted.grid) return known.first_texel;
@@ -267,7 +267,7 @@ class Builder {
     return data_.textures.back().first_texel;
   }
 
-  // Of each corner that the launch has of the attribute (append_attributes) which value of the parameter it is.
+  // For each corner of the launch's attribute (append_attributes) the index of the parameter's value; -1: none.
   std::vector<int> corners_of(const Parameter& p, const std::string& name) const {
     std::map<const Mesh*, std::size_t> first;
     std::size_t values = 0;
@@ -296,7 +296,7 @@ class Builder {
               place.origin > 0 ? declared.name : "");
   }
 
-  // Of the parameters of a model: slot + c * step moves with that speed for channel c.
+  // The motion of a model's parameters: slot + c * step moves with that speed for channel c.
   struct Motion {
     int slot, step;
     double speed;

@@ -5,16 +5,16 @@
 #include <string>
 #include <vector>
 
+#include "itn/scene.h"
 #include "kernels/shared/scene_layout.h"
 #include "runtime/render/compile/launch_data.h"
 #include "runtime/render/derivative/score_functions.h"
-#include "runtime/scene/scene.h"
 
 namespace itn {
 
 static_assert(sizeof(ScoreRecord) == 20 && sizeof(SumRecord) == 24 && sizeof(DerivativeRecord) == 32);
 
-// Which number a part of a derivative is by: n[slot] of the model whose numbers begin at `first` of the scene's.
+// The number by which a part differentiates: n[slot] of the model whose numbers begin at `first` of the scene's.
 struct NumberOfPart {
   const Model* model = nullptr;
   int first = 0, slot = 0;
@@ -24,7 +24,7 @@ struct NumberOfPart {
   int field = -1;        // without a model: all voxels of a field alike (FieldRecord::sum)
   bool heights = false;  // by which texels are, and of which the same everywhere changes nothing
   int components = 1;    // n[slot + k] in all channels: of a direction three, of the slopes of heights two
-  // Of n[slot + c], from n on.
+  // Index of n[slot + c], counted from n.
   int place(int c) const { return model->place_of_colour(slot + c, origin); }
 };
 
@@ -77,8 +77,7 @@ struct DerivativeData {
   }
   int images() const { return parts.empty() ? 0 : parts.back().image + 1; }
   ScoreRequest functions;  // the derivatives of the models that it takes
-  // What paths show with other albedos of the medium (kernels/derivative/score.h): how many, and of each channel the
-  // score.
+  // Number of other albedos of the medium (kernels/derivative/score.h), and each channel's score for them.
   int albedos = 0;
   std::array<int, 3> albedo_score{};
 };

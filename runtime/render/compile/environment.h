@@ -4,9 +4,9 @@
 #include <string>
 #include <vector>
 
+#include "itn/parameters.h"
+#include "itn/scene.h"
 #include "kernels/shared/environment_layout.h"
-#include "runtime/scene/parameters.h"
-#include "runtime/scene/scene.h"
 
 namespace itn {
 

@@ -10,7 +10,7 @@
 #include <optional>
 #include <utility>
 
-#include "runtime/base/error.h"
+#include "itn/error.h"
 #include "runtime/base/parallel.h"
 #include "runtime/scene/transform.h"
 #include "runtime/scene/volume/packed_voxels.h"
@@ -20,10 +20,10 @@ namespace {
 
 // Coarse cells: 4 voxels along each axis, more where there would be more than 32 cells.
 constexpr int voxels_a_cell = 4, most_cells = 32;
-// How far rounding may move a place between cells [voxel].
+// Distance by which rounding may move a place between cells [voxel].
 constexpr double margin = 1e-3;
-// Null collisions on the way through a cell, from which on cells are half voxels, if these are along the axes of the
-// world and no more than so many: where the field is 0, between its voxels, so is then the greatest value.
+// Null collisions along a segment through a cell, from which on cells are half voxels, if these are along the axes of
+// the world and no more than so many: where the field is 0, between its voxels, so is then the greatest value.
 constexpr double many_collisions = 1000;
 constexpr std::size_t most_fine_cells = std::size_t{1} << 22;
 // Mean free paths are no shorter than this part of the coordinates: positions move by roundings of these.
@@ -199,7 +199,7 @@ VoxelGrid limited(const VoxelGrid& grid, float most) {
   return result;
 }
 
-// Which axis of the grid goes along each of the world's; empty: they are turned against each other.
+// The grid's axis along each of the world's; empty: they are rotated against each other.
 std::optional<std::array<std::size_t, 3>> axes_of(const Affine& map) {
   std::array<std::size_t, 3> along{};
   for (std::size_t a = 0; a < 3; ++a) {

@@ -8,7 +8,8 @@ namespace itn {
 // unit]; else 0. Voxels so dense that a mean free path is below a rounding of places there are as dense as that.
 int append_field(const Volume& volume, double density, LaunchData& data);
 
-// What a texture shows, as kernels/model/texture/volume.h has it. Throws InputError: too many numbers.
+// Appends a volume that a texture samples, in the layout of kernels/model/texture/volume.h. Throws InputError: too many
+// numbers.
 void append_shown_volume(const Volume& volume, TextureRecord& r, LaunchData& data);
 
 }  // namespace itn

@@ -27,7 +27,8 @@ constexpr int near_steps = 8;        // a cell with this large a ball free of su
 constexpr int padding = 5;           // cells around the grid in which surfaces are kept while building
 constexpr int farthest = 40;         // cells: balls are not larger
 constexpr float piece_cells = 1.0f;  // longest edge of a piece of surface
-// What a grid may cost: corners of pieces, of surfaces that all lie in each other's way, beside those of small ones.
+// Limit of a grid's samples, which are corners of pieces of surface: so many for surfaces that all obstruct each other,
+// and so many more for each primitive, which suffice for small ones.
 constexpr std::size_t most_samples = std::size_t{1} << 23, samples_a_primitive = 6;
 // Parts of surfaces whose corners are so much farther away than they are large are not cut any more: their middles
 // would be their corners. A grid whose cells are no larger tells nothing.
@@ -480,7 +481,7 @@ class Builder {
     return dot(g, g) > 0 ? g : Point{0, 0, 1};
   }
 
-  // How useful a free part of space is to flights from its centre: 0 to 1. Averages d / (d + half a cell), d the
+  // Usefulness of a free part of space to flights from its centre: 0 to 1. Averages d / (d + half a cell), d the
   // distance to the end of the ball or to the plane, over the cosine between flight and normal.
   float usefulness(float radius, float offset) const {
     const auto value = [&](float d) { return d / (d + 0.5f * h_); };
@@ -493,7 +494,7 @@ class Builder {
   // A piece that reaches into a ball has all its points within the ball's radius and this.
   float slack() const { return longest_ + grid_.safety; }
 
-  // Which rows of cells beside a cell's own hold samples within reach of its centre, and how far along them.
+  // Finds the rows of cells beside a cell's own that hold samples within reach of its centre, and how far along them.
   void find_rows() {
     reach_ = static_cast<float>(largest_steps) * grid_.ball_step + slack();
     const int r = static_cast<int>(std::ceil(reach_ / h_ + 0.5f));
@@ -559,7 +560,7 @@ class Builder {
     return best;
   }
 
-  // The least n . direction of the plane's normal n, of length `norm`, below 0, at which direction turns against all
+  // The least n . direction of the plane's normal n, of length `norm`, below 0, at which the direction opposes all
   // normals within a chord of n's direction.
   static std::uint32_t cone_code(float chord, float norm) {
     chord += 1e-3f;  // roundings

@@ -5,9 +5,9 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "itn/error.h"
 #include "kernels/model/shading_frame.h"
 #include "kernels/shared/declaration.h"
-#include "runtime/base/error.h"
 #include "runtime/base/memory.h"
 #include "runtime/render/compile/bvh.h"
 #include "runtime/render/compile/flight_grid.h"
@@ -59,8 +59,9 @@ void copy(const Vec3& from, float* to) {
   for (std::size_t k = 0; k < 3; ++k) to[k] = static_cast<float>(from[k]);
 }
 
-// Where the first texture coordinate grows on a triangle, in the frame that the device makes around its normal, whose
-// first axis it is, as in Mitsuba, where the coordinates do not tell. e1, e2: the edges from the first vertex
+// Stores the direction in which a triangle's first texture coordinate grows, in the frame that the device makes around
+// its normal; the frame's first axis, as in Mitsuba, where the coordinates do not tell. e1, e2: the edges from the
+// first vertex
 TextureAxes store_tangent(const Vec3& e1, const Vec3& e2, PrimitiveRecord& record) {
   const float* uv = record.uv;
   const double du1 = static_cast<double>(uv[2]) - uv[0], dv1 = static_cast<double>(uv[3]) - uv[1];
@@ -130,7 +131,7 @@ void add_mesh(const Shape& shape, int index, Surfaces& out) {
   }
 }
 
-// What round primitives have in common; `entry` has its box. normal, frame: of the record.
+// Adds what all round primitives have in common; `entry` has its box. normal, frame: of the record.
 void add_round(const Shape& shape, int index, layout_uint kind, const Vec3& normal, const std::array<Vec3, 3>& frame,
                Entry entry, Surfaces& out) {
   const float tolerance = tolerance_ratio * largest_coordinate(entry.box);
@@ -178,7 +179,7 @@ void add_disk(const Shape& shape, int index, Surfaces& out) {
   const double area = length(normal);
   if (area == 0) return;
   normal = (1 / area) * normal;
-  // dual_u . u = 1, dual_u . v = 0 and the other way round
+  // dual_u . u = 1, dual_u . v = 0 and vice versa
   const Vec3 dual_u = (1 / area) * cross(v, normal), dual_v = (1 / area) * cross(normal, u);
   Entry entry;
   for (std::size_t k = 0; k < 3; ++k) {

@@ -3,8 +3,8 @@
 #include <cstddef>
 #include <vector>
 
+#include "itn/scene.h"
 #include "kernels/shared/geometry_layout.h"
-#include "runtime/scene/scene.h"
 
 namespace itn {
 

@@ -12,12 +12,12 @@
 #include <stdexcept>
 #include <utility>
 
+#include "itn/colour.h"
+#include "itn/error.h"
 #include "kernels/model/models.h"
 #include "kernels/model/texture/list.h"
 #include "kernels/shared/baseline_layout.h"
 #include "kernels/shared/path_state.h"
-#include "runtime/base/colour.h"
-#include "runtime/base/error.h"
 #include "runtime/render/compile/camera.h"
 #include "runtime/render/compile/environment.h"
 #include "runtime/render/compile/field.h"
@@ -106,7 +106,7 @@ void append_textures(const Instance& instance, int first, LaunchData& data) {
   }
 }
 
-// Where numbers name a table it is known by its place among those of the launch.
+// Numbers that name a measured table become its index among those of the launch.
 void append_measured(const Bsdf& bsdf, int first, LaunchData& data) {
   for (std::size_t i = 0; i < bsdf.values.size(); ++i) {
     if (bsdf.model->parameters[i].kind.reader != ParameterKind::Reader::measured_table) continue;
@@ -144,7 +144,7 @@ bool is_rough_boundary(const Bsdf& bsdf) {
   return bsdf.model && (bsdf.model->traits & (BSDF_TRANSMITS | others)) == BSDF_TRANSMITS;
 }
 
-// The values on a mesh of which a texture shows an attribute: those at the corners of each triangle.
+// Appends the values of an attribute that a texture refers to: those at the corners of each triangle.
 void append_attribute(const Mesh& mesh, const MeshAttribute& attribute, double scale, LaunchData& data) {
   for (std::size_t i = 0; i < mesh.triangle.size(); ++i)
     for (const std::uint32_t corner : mesh.triangle[i]) {
@@ -157,8 +157,8 @@ void append_attribute(const Mesh& mesh, const MeshAttribute& attribute, double s
   data.coloured |= attribute.channels > 1;
 }
 
-// A table of places for each texture that shows an attribute (model/texture/mesh_attribute.h). Loaded meshes have no
-// triangle without an area, so that each has a primitive.
+// Appends a table of places for each texture that refers to an attribute (model/texture/mesh_attribute.h). Loaded
+// meshes have no triangle without an area, so that each has a primitive.
 void append_attributes(const Scene& scene, const JobRecord& job, LaunchData& data) {
   const auto& primitives = data.geometry.primitives;
   for (const auto& [index, texture] : data.attributes) {
@@ -183,7 +183,7 @@ void append_attributes(const Scene& scene, const JobRecord& job, LaunchData& dat
   data.attributes.clear();
 }
 
-// Of all channels; where there is a grid: what its values are times.
+// Greatest sigma_t of all channels; with a grid: the factor of its values.
 double greatest_extinction(const Medium& medium) {
   const std::vector<double> n = medium.model->to_numbers(medium.variant, medium.slots());
   const DeclaredNumber& sigma_t = medium.model->number_called("sigma_t");
@@ -260,8 +260,8 @@ int append_light(const Environment& light, LaunchData& data) {
   return index;
 }
 
-// How far in front of a shape that shines connections with it end: beyond the tolerance in which rays meet surfaces,
-// and the offset with which they begin beside others.
+// Distance in front of a shape that shines at which connections with it end: beyond the tolerance in which rays meet
+// surfaces, and beyond the offset with which they begin beside other surfaces.
 double distance_in_front(const Geometry& geometry, const GeometryRecord& record) {
   float offset = 0;
   for (std::size_t i = record.first_primitive; i < geometry.primitives.size(); ++i)
@@ -304,8 +304,8 @@ void lay_light_grid(const Vec3& low, const Vec3& high, std::size_t lights, JobRe
   while (cells(edge) > most) edge *= 1.05;
 }
 
-// How often each light is sampled, by place (light_layout.h): four times out of five by what it is expected to bring
-// there, else each alike, since that is no more than a guess.
+// Appends the probability of each light, by place (light_layout.h): by its expected irradiance there with weight .8,
+// else uniform, since the expectation is only a guess.
 void append_light_chances(const std::vector<SampledLight>& lights, JobRecord& job, LaunchData& data) {
   constexpr double by_guess = 0.8;
   job.light_chances = static_cast<int>(data.light_tables.size());
@@ -527,6 +527,8 @@ std::map<std::string, std::string> feature_definitions(const LaunchData& data) {
   set("HAS_LENS", std::any_of(data.cameras.begin(), data.cameras.end(), [](const CameraRecord& c) {
         return std::any_of(c.lens_a, c.lens_a + 3, [](float x) { return x != 0; });
       }));
+  set("HAS_DISTORTION",
+      std::any_of(data.cameras.begin(), data.cameras.end(), [](const CameraRecord& c) { return c.slope_a != 0; }));
   set("HAS_ZONE",
       std::any_of(data.cameras.begin(), data.cameras.end(), [](const CameraRecord& c) { return c.surfaces > 0; }));
   set("SPECTRAL", data.spectral);

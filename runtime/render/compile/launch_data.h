@@ -8,19 +8,19 @@
 #include <utility>
 #include <vector>
 
+#include "itn/scene.h"
 #include "kernels/shared/environment_layout.h"
 #include "kernels/shared/light_layout.h"
 #include "kernels/shared/scene_layout.h"
 #include "runtime/render/compile/geometry.h"
-#include "runtime/scene/scene.h"
 
 namespace itn {
 
-static_assert(sizeof(CameraRecord) == 180 && sizeof(MediumRecord) == 56 && sizeof(FieldRecord) == 168 &&
+static_assert(sizeof(CameraRecord) == 228 && sizeof(MediumRecord) == 56 && sizeof(FieldRecord) == 168 &&
               sizeof(ShapeRecord) == 16 && sizeof(BsdfRecord) == 16 && sizeof(TextureRecord) == 56 &&
               sizeof(JobRecord) == 168 && sizeof(ChunkRecord) == 16);
 
-// Where the records of a scene begin; its job knows first_number.
+// Indices at which the records of a scene begin; its job knows first_number.
 struct SceneStart {
   int first_number = 0, first_medium = 0, first_bsdf = 0;
   std::vector<int> light_numbers;  // of each of its lights
@@ -56,7 +56,7 @@ struct LaunchData {
   std::vector<float> measured;                                     // tables of measured BSDFs
   std::map<const MeasuredBrdf*, int> measured_of;                  // and which is whose
   std::vector<int> pixels;                                         // of each camera's film
-  int cells = 0;                                                   // of the tables of expected futures
+  int cells = 0;                                                   // of the tables of expected radiance
   bool coloured = false;        // some throughput or radiance differs between channels
   bool coloured_light = false;  // some radiance or derivative of it does
   bool spectral = false;        // some medium's sigma_t does

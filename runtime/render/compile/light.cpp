@@ -5,9 +5,9 @@
 #include <cmath>
 #include <numbers>
 
+#include "itn/colour.h"
 #include "kernels/shared/declaration.h"
 #include "kernels/shared/light_layout.h"
-#include "runtime/base/colour.h"
 #include "runtime/render/compile/environment.h"
 #include "runtime/scene/transform.h"
 

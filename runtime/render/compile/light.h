@@ -2,17 +2,17 @@
 #pragma once
 #include <vector>
 
-#include "runtime/scene/scene.h"
+#include "itn/scene.h"
 
 namespace itn {
 
-// What shines of a shape.
+// The surfaces of a shape that emit.
 struct LightSurfaces {
   std::vector<float> table;  // as light_layout.h says
   int count = 0;
   double area = 0;       // [scene unit^2]
   Vec3 middle{0, 0, 0};  // of its surfaces by area
-  Vec3 normal{0, 0, 0};  // mean of its surfaces by area: near 0 where they look everywhere
+  Vec3 normal{0, 0, 0};  // mean of its surfaces by area: near 0 where they face all directions
 };
 
 // offset: how far in front of the surface connections end [scene unit].

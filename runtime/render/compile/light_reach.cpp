@@ -22,7 +22,7 @@ bool is_closed(const Shape& shape) {
   return shape.mesh && topology(*shape.mesh).closed();
 }
 
-// How many times the closed mesh winds about the point: the solid angles of its triangles (Van Oosterom and Strackee
+// Winding number of the closed mesh around the point: the solid angles of its triangles (Van Oosterom and Strackee
 // 1983, "The solid angle of a plane triangle").
 double winding(const Mesh& mesh, const Vec3& point) {
   double sum = 0;
@@ -42,7 +42,7 @@ bool is_inside(const Shape& body, const Box& box, const Vec3& point) {
   return body.mesh && std::abs(winding(*body.mesh, point)) > 0.5;
 }
 
-// Of a shape that shines, some, spread over it.
+// A few points of a shape that shines, spread over it.
 std::vector<Vec3> points_of(const Shape& shape, const LightSurfaces& surfaces) {
   constexpr std::size_t most = 8;
   if (!shape.mesh) return {surfaces.middle};
@@ -53,7 +53,7 @@ std::vector<Vec3> points_of(const Shape& shape, const LightSurfaces& surfaces) {
   return points;
 }
 
-// Where a light that is no shape stands: nowhere if it shines in parallel through all of the scene.
+// Position of a light that is no shape; none where it shines in parallel through all of the scene.
 std::vector<Vec3> points_of(const Light& light) {
   const std::vector<double> n = light.model->to_numbers(light.variant, light.slots());
   if (light.model->traits & LIGHT_BEAM) {

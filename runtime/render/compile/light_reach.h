@@ -1,10 +1,11 @@
-// Where lights stand beside bodies that refract, and so how paths in these find them (kernels/shared/light_layout.h).
+// Positions of lights relative to bodies that refract, and so how paths in these find them
+// (kernels/shared/light_layout.h).
 #pragma once
 #include <vector>
 
+#include "itn/scene.h"
 #include "runtime/render/compile/light.h"
 #include "runtime/scene/box.h"
-#include "runtime/scene/scene.h"
 
 namespace itn {
 

@@ -46,7 +46,7 @@ std::string nests_text(const Structure& s, std::size_t at) {
   return text + "  return x;\n}\n";
 }
 
-// What a model's file declares.
+// Declarations of a model's numbers, as its file would have them.
 std::string declaration_text(const Model& m) {
   const std::string prefix = capitals(m.name);
   std::string numbers;
@@ -85,7 +85,7 @@ std::string structure_text(const Structure& s) {
              prefix, m.traits, random, leaves, bumps, measured, functions);
 }
 
-// Of a table or a mixture, as scattering/mixture.h takes it.
+// A table or a mixture, as scattering/mixture.h takes it.
 std::string phase_text(const Model& m) {
   const std::string prefix = capitals(m.name);
   if (m.table) return declaration_text(m) + fmt::format("#define {}_VALUES {}\n", prefix, m.table);

@@ -1,4 +1,4 @@
-// Which models the scenes of a launch have, as the texts that the program takes in the place of
+// The models that the scenes of a launch have, as the texts that the program takes in the place of
 // kernels/program/surfaces.h and structures.h.
 #pragma once
 #include <string>
@@ -19,7 +19,7 @@ struct SurfaceKind {
 const std::vector<SurfaceKind>& surface_kinds();
 int surface_number(const Model& model, int variant);
 
-// Those that the launch has, in their order: the number of a kind in its program is its position here + 1.
+// The surface kinds of the launch, in their order: the number of a kind in its program is its position here + 1.
 std::vector<SurfaceKind> surfaces_of(const LaunchData& data);
 
 // The launch's BSDFs with the numbers of its program in BsdfRecord::surface.
@@ -34,11 +34,11 @@ struct ModelsOfLaunch {
 };
 ModelsOfLaunch models_of(const LaunchData& data);
 
-// What of the launch is made for scenes: structures, mixtures of phase functions, and tables, those inside of mixtures
-// too.
+// The launch's models that are made for scenes: structures, mixtures of phase functions, and tables, also those inside
+// of mixtures.
 std::vector<const Model*> made_models(const LaunchData& data);
 
-// How many places behind the numbers of a model say which colours of textures they are (kernels/texture/numbers.h).
+// Number of words behind a model's numbers that say which colours of textures they are (kernels/texture/numbers.h).
 int origin_words(const LaunchData& data);
 
 std::string surfaces_text(const LaunchData& data);

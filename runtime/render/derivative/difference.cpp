@@ -24,7 +24,7 @@ double variance_of_mean(double sum, double sum_2, double n) {
   return std::max(0.0, (sum_2 - sum * sum / n) / (n - 1) / n);
 }
 
-// How far the parameter may move before the image has a kink; 0: it stands on one.
+// Distance by which the parameter may move before the image has a kink; 0: it is at one.
 double distance_to_kink(const Scene& scene, const Parameter& p) {
   // The sky's tables are linear between whole turbidities.
   if (p.member == "turbidity") return std::fabs(p.value - std::round(p.value));

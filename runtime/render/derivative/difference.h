@@ -4,7 +4,7 @@
 #include <cstddef>
 #include <vector>
 
-#include "runtime/scene/parameters.h"
+#include "itn/parameters.h"
 
 namespace itn {
 
@@ -35,7 +35,7 @@ class DerivativeComparison {
   void add(const std::vector<float>& derivative, const std::vector<double>& difference);
 
   struct Channel {
-    // Of the image mean; the standard errors assume that pixels are independent.
+    // Derivatives of the image mean; the standard errors assume that pixels are independent.
     double derivative = 0, derivative_stderr = 0, difference = 0, difference_stderr = 0;
     double stderr_between = 0;  // of derivative - difference, which share their random numbers
     double z = 0;               // (derivative - difference) / stderr_between; infinite or NaN when a number is
@@ -56,7 +56,8 @@ class DerivativeComparison {
   std::vector<Sums> sums_;
 };
 
-// What single precision leaves uncertain in the difference of images with that mean: half a unit in the last place.
+// Standard error [unit of the derivative] that single precision leaves in the difference of images with that mean: half
+// a unit in the last place.
 double rounding_error(const DifferenceStencil& stencil, double mean_of_image);
 
 }  // namespace itn

@@ -19,8 +19,9 @@ class Differentiator {
   Differentiator(Graph& graph, std::map<int, int> tangent) : graph_(graph), tangent_(std::move(tangent)) {}
 
   int derivative(int node);
-  // Of log |node|, from the factors' logarithms: needs neither the node's value nor its size, so it stays right where
-  // the value underflows. 0 where a sum among the factors vanishes; infinite where an input among them does.
+  // Derivative of log |node|, from the factors' logarithms: needs neither the node's value nor its size, so it stays
+  // right where the value underflows. 0 where a sum among the factors vanishes; infinite where an input among them
+  // does.
   int log_derivative(int node);
 
  private:

@@ -8,7 +8,7 @@
 
 namespace itn {
 
-// What a node computes from its operands a, b, c. There is no division: a / b is a * reciprocal(b), so that quotients
+// The operation of a node on its operands a, b, c. There is no division: a / b is a * reciprocal(b), so that quotients
 // by the same number share one. The last row gives masks, which only select and the last three take.
 enum class Op {
   number,

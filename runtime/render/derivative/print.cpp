@@ -19,7 +19,7 @@ std::string number(double value) {
   return "NUMBER(" + digits + (integer ? ".0)" : ")");
 }
 
-// How other expressions refer to a node.
+// The expression by which other expressions refer to a node.
 std::string name(const Graph& graph, int node) {
   const Node& n = graph[node];
   if (n.op == Op::number) return number(n.number);

@@ -8,12 +8,12 @@
 #include <mutex>
 #include <stdexcept>
 
+#include "itn/model.h"
 #include "kernels/model/models.h"
 #include "kernels/model/sky_hosek_wilkie.h"
 #include "runtime/render/derivative/differentiate.h"
 #include "runtime/render/derivative/print.h"
 #include "runtime/render/derivative/recorded.h"
-#include "runtime/scene/model/model.h"
 #include "runtime/scene/model/phase_formula.h"
 #include "runtime/scene/model/structure_formula.h"
 
@@ -269,7 +269,7 @@ std::deque<Function>& all_functions() {
   return all;
 }
 
-// Those of models that are made for scenes, from when they are first asked for.
+// Functions of models that are made for scenes; each is added when it is first asked for.
 class MadeFunctions {
  public:
   Function& of(const Declared& declared) {
@@ -315,7 +315,7 @@ std::string choose_variant(const std::string& model, int variants, const std::st
 
 bool is_score(const std::string& name) { return name.rfind("score_", 0) == 0; }
 
-// What "REAL* d_name" points to, the last of the arguments: one number, or an array of `results`.
+// The results to which the last argument, "REAL* d_name", points: one number, or an array of `results`.
 std::vector<std::string> results_of(const std::vector<std::string>& arguments, int results) {
   if (results == 0) return {arguments.back().substr(4)};
   const std::string name = arguments.back().substr(arguments.back().rfind(' ') + 1);
@@ -339,7 +339,7 @@ std::vector<Output> outputs_of(const ScoreFunction& function, const std::set<int
   return outputs;
 }
 
-// Of a function of which nothing is asked for.
+// Outputs of a function that nothing is asked of: zeros.
 std::vector<Output> zeros_of(const Declared& declared, int channels) {
   std::vector<Output> outputs;
   if (!is_score(declared.name)) {

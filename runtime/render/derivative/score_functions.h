@@ -28,15 +28,15 @@ struct ScoreFunction {
   std::set<std::string> inputs_of(int slot, int channel) const;
 };
 
-// Of every function there is, from the lists of kernels/model. Signatures, meaning and use: README.md of this folder.
+// Names of all functions, from the lists of kernels/model. Signatures, meaning and use: README.md of this folder.
 std::vector<std::string> score_function_names();
 // Recorded when it is first asked for. Throws std::invalid_argument: there is none of that name.
 const ScoreFunction& score_function(const std::string& name);
 
-// Of a structure's value, or of what it chooses.
+// The function of a structure's value, or of what it chooses.
 struct Structure;
 const ScoreFunction& score_function(const Structure& structure, bool chosen);
-// Of a phase function, also of a table or a mixture.
+// The function of a phase function, also of a table or a mixture.
 struct Model;
 const ScoreFunction& score_function(const Model& phase);
 

@@ -1,4 +1,4 @@
-#include "runtime/render/device/device.h"
+#include "itn/device.h"
 
 #include <unistd.h>
 
@@ -10,7 +10,7 @@
 #include <sstream>
 #include <thread>
 
-#include "runtime/base/error.h"
+#include "itn/error.h"
 #include "runtime/base/limits.h"
 #include "runtime/base/parallel.h"
 #include "runtime/base/ranks.h"
@@ -69,9 +69,9 @@ std::string readable_size(std::uint64_t bytes) {
 [[noreturn]] void fail(const DeviceInfo& device, const std::string& what, const cl::Error& error) {
   std::string message = device.name + ": " + what + " failed: " + error.what() + ": " + error_name(error.err());
   if (out_of_memory(error.err()))
-    message += "; the device's memory is used up: render with smaller meshes or images, or choose another --device";
+    message += "; the device's memory is used up: render with smaller meshes or images, or choose another device";
   else
-    message += "; see 'itn devices', try another --device";
+    message += "; see 'itn devices', try another device";
   throw DeviceError(message);
 }
 
@@ -227,7 +227,7 @@ const Candidate& choose(const std::vector<Candidate>& all, const std::string& op
   }
   if (const Candidate* found = first_usable(all, spec))
     return spec == "gpu" || spec == "cpu" ? of_this_rank(all, *found) : *found;
-  const std::string source = option.empty() ? "ITN_DEVICE" : "--device";
+  const std::string source = option.empty() ? "ITN_DEVICE" : "device";
   for (const Candidate& c : all)
     if (matches(c.info, spec)) throw DeviceError(source + " " + spec + ": the device cannot be used:" + listing({c}));
   throw DeviceError(source + " " + spec + ": no such device; give an index, cpu, gpu or a part of a name of" +
@@ -351,7 +351,7 @@ void Device::fail_for_memory(std::size_t bytes, const char* what) const {
   throw DeviceError(info_.name + ": " + what + ": no room for " + readable_size(bytes) + "; " +
                     readable_size(free_memory()) + " of " + readable_size(info_.memory) +
                     " are free, a buffer holds at most " + readable_size(info_.max_allocation) +
-                    "; use a smaller mesh or image, or choose another --device (see 'itn devices', ITN_MEMORY_LIMIT)");
+                    "; use a smaller mesh or image, or choose another device (see 'itn devices', ITN_MEMORY_LIMIT)");
 }
 
 cl::Buffer Device::allocate(std::size_t bytes, const char* what) const {

@@ -1,4 +1,4 @@
-// Where PoCL keeps the programs that it has compiled.
+// The folder in which PoCL keeps the programs that it has compiled.
 #pragma once
 #include <string>
 
@@ -7,7 +7,7 @@ namespace itn {
 // As PoCL chooses it: POCL_CACHE_DIR, XDG_CACHE_HOME, HOME, and where none is set /tmp.
 std::string kernel_cache_folder();
 
-// Why it cannot be used and what to do about it; empty where it can: PoCL offers no device without it.
+// Reason why the folder cannot be used, and what to do about it; empty where it can: PoCL offers no device without it.
 std::string kernel_cache_fault();
 
 }  // namespace itn

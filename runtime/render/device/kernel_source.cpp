@@ -1,4 +1,4 @@
-#include "runtime/render/device/kernel_source.h"
+#include "itn/kernel_source.h"
 
 #include <cstdlib>
 #include <fstream>

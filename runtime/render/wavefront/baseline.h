@@ -1,4 +1,4 @@
-// What paths are expected to gather, learnt from a pilot: the table of kernels/derivative/baseline.h.
+// The radiance that paths are expected to gather, learnt from a pilot: the table of kernels/derivative/baseline.h.
 #pragma once
 #include <array>
 #include <span>
@@ -16,10 +16,10 @@ class BaselineTable {
   // path, as kernels/derivative/baseline.h writes them.
   void add(const std::vector<float>& samples, int stride, std::span<const float> visits);
 
-  // [cell][throughput channel]: V, what a path of weight 1 is expected to gather; 0 where no path came.
+  // [cell][throughput channel]: V, the expected radiance of a path of weight 1; 0 where no path came.
   std::vector<float> futures() const;
-  // Of the radiance channels that share a throughput channel: what each gathered over what they gathered on average,
-  // since the last call.
+  // For the radiance channels that share a throughput channel: the radiance gathered in each over their mean, since the
+  // last call.
   std::array<float, 3> take_tint();
 
  private:

@@ -19,8 +19,8 @@ struct ExactSum {
   double high, low;
 };
 
-// Of n numbers the sum of squared distances from a mean that may be rounded. Their squares' sum and n times the mean's
-// square may have all digits of a double in common.
+// Sum of squared distances of n numbers from a mean that may be rounded. The sum of their squares and n times the
+// mean's square may have all digits of a double in common.
 double squared_distances(const ExactSum& sum, const ExactSum& squares, double mean, double n) {
   const double rest = std::fma(-n, mean, sum.high) + sum.low;  // n times what the mean lacks
   const double from_mean = std::fma(-mean, sum.high, squares.high) + (squares.low - mean * (sum.low + rest));

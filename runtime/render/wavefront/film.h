@@ -1,8 +1,8 @@
 // Sums of the samples of a band of pixels on the device, in the order of the samples: the same bits however the samples
 // were split into launches, and the image into bands.
 #pragma once
-#include "runtime/image/rendering.h"
-#include "runtime/render/device/device.h"
+#include "itn/device.h"
+#include "itn/rendering.h"
 
 namespace itn {
 

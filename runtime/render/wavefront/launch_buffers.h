@@ -1,8 +1,8 @@
 // The arguments that all kernels of the wavefront take (kernels/shared/launch_arguments.h), as buffers.
 #pragma once
+#include "itn/device.h"
 #include "kernels/shared/launch_arguments.h"
 #include "runtime/render/compile/launch_data.h"
-#include "runtime/render/device/device.h"
 
 namespace itn {
 
@@ -11,7 +11,7 @@ struct LaunchBuffers {
   LAUNCH_ARGUMENTS(ITN_BUFFER)
 #undef ITN_BUFFER
 
-  // Those of all geometries; the memory of what was there before is free first.
+  // Uploads all geometries; frees the memory of earlier ones first.
   void upload_geometry(const Device& device, const Geometry& geometry);
   // Everything else that scenes are made of.
   void upload_scenes(const Device& device, const LaunchData& data);

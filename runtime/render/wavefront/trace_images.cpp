@@ -4,7 +4,7 @@
 #include <chrono>
 #include <cmath>
 
-#include "runtime/base/error.h"
+#include "itn/error.h"
 #include "runtime/base/ranks.h"
 #include "runtime/base/sample_index.h"
 #include "runtime/base/seconds_since.h"
@@ -18,7 +18,7 @@ std::int64_t next_target(std::int64_t target, std::int64_t paths, double seconds
   return std::clamp<std::int64_t>(static_cast<std::int64_t>(wanted), 1 << 12, 4 * target);
 }
 
-// Of each pixel, of as many as are left: together they walk the hierarchy as one bundle
+// Samples of each pixel in one launch, at most those left: together they walk the hierarchy as one bundle
 // (kernels/geometry/trace_coherent.h).
 int samples_a_launch(std::int64_t wanted, int left) {
   constexpr std::int64_t bundles = 64;  // a multiple of the lanes of any device, so that none has two pixels
@@ -36,7 +36,8 @@ int samples_left(const std::vector<TracedJob>& jobs, int sample, int spp) {
   return left;
 }
 
-// Which of a job's pixels a rank traces: every so manieth, so that each has as much of what takes long.
+// The share of a job's pixels that a rank traces: every n-th pixel, starting at its own rank, so that expensive regions
+// are shared evenly.
 struct Share {
   int first = 0, step = 1;
 
@@ -80,7 +81,7 @@ std::vector<float> woven(const std::vector<std::vector<float>>& shares, const st
   return all;
 }
 
-// Every rank's pixels. values: of a pixel of an image. Returns the faults of all ranks.
+// Gathers every rank's pixels. values: of a pixel of an image. Returns the counts of wrong paths of all ranks.
 PathFaults share_pixels(Ranks& ranks, const std::vector<TracedJob>& jobs, std::size_t values,
                         std::vector<Image>& images, const PathFaults& own) {
   std::vector<float> mine;

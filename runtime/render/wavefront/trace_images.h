@@ -2,7 +2,7 @@
 #pragma once
 #include <vector>
 
-#include "runtime/image/rendering.h"
+#include "itn/rendering.h"
 #include "runtime/render/wavefront/film.h"
 #include "runtime/render/wavefront/wavefront.h"
 
@@ -15,7 +15,7 @@ struct TracedJob {
   int first_sample = 0;
 };
 
-// What one launch traced, and where its samples begin in the wavefront's buffer.
+// The slices of one launch, and where its samples begin in the wavefront's buffer.
 struct TracedLaunch {
   std::vector<JobSlice> slices;
   std::size_t first_sample = 0;
@@ -38,7 +38,7 @@ std::vector<Rendering> trace_images(Wavefront& wavefront, Film& film, const std:
                                     int groups, const RenderOptions& options, std::int64_t& launch_paths,
                                     TracedLaunches* traced = nullptr);
 
-// Of the first launch, when nothing is known of how long paths take.
+// Number of paths of the first launch, when nothing is known yet of how long paths take.
 std::int64_t first_launch_paths(const Device& device);
 
 // The width of a hierarchy's nodes that suits the device's vector units.

@@ -10,9 +10,9 @@
 #include <limits>
 #include <utility>
 
+#include "itn/error.h"
 #include "kernels/model/models.h"
 #include "kernels/shared/path_state.h"
-#include "runtime/base/error.h"
 #include "runtime/base/seconds_since.h"
 #include "runtime/render/compile/surfaces.h"
 #include "runtime/render/wavefront/baseline.h"
@@ -58,7 +58,7 @@ std::vector<StageTime> stage_times_of(const LaunchData& data) {
 // asked for one by one, and most flights through one know no more of the sky behind it than others do.
 constexpr float least_albedo = 0.8F;
 
-// Does not look at which derivatives are asked for: each is the same alone and beside others.
+// The choice does not depend on which derivatives are asked for: each is the same alone and beside others.
 bool with_baselines(const LaunchData& data, Baselines wanted) {
   if (data.cells == 0) return false;
   if (wanted != Baselines::automatic) return wanted == Baselines::on;
@@ -88,7 +88,7 @@ std::vector<SumRecord> sums_of(const DerivativeData& derivatives, int throughput
   return sums;
 }
 
-// What the program is made for, but the ways in which it runs.
+// The features for which the program is made, without its schedule.
 std::map<std::string, std::string> features(const LaunchData& data, const DerivativeData& derivatives,
                                             Baselines baselines, bool adjoint) {
   std::map<std::string, std::string> result = feature_definitions(data);
@@ -233,7 +233,7 @@ void Wavefront::upload_records(const LaunchData& data, const DerivativeData& der
   has_probes_ = derivatives.has_probes();
   pixels_ = data.pixels;
   cells_ = data.cells;
-  learnt_ = features_.at("BASELINES") == "0";  // else the next trace() learns: expected futures depend on the material
+  learnt_ = features_.at("BASELINES") == "0";  // else the next trace() learns: baselines depend on the material
   buffers_.futures = device_.upload(
       std::vector<float>(learnt_ ? 1 : static_cast<std::size_t>(cells_ * throughput_channels_)), "expected futures");
 }
@@ -295,7 +295,7 @@ void Wavefront::replay(const std::vector<JobSlice>& slices, const std::vector<fl
   for (int probe = 0; has_probes_ && probe < PROBES; ++probe) trace_jobs(slices, Purpose::probes, at, probe);
 }
 
-// Of every work-item a gradient of its own, but for that by texels.
+// Clears the sums of all work-items: each has a gradient of its own, but for that by texels.
 void Wavefront::clear_gradient() {
   device_.clear(buffers_.gradient);
   if (texels_ > 0) device_.clear(buffers_.texel_gradient);

@@ -5,12 +5,12 @@
 #include <string>
 #include <vector>
 
-#include "runtime/image/rendering.h"
+#include "itn/device.h"
+#include "itn/render_options.h"
+#include "itn/rendering.h"
 #include "runtime/render/compile/derivative_data.h"
 #include "runtime/render/compile/launch_data.h"
-#include "runtime/render/device/device.h"
 #include "runtime/render/wavefront/launch_buffers.h"
-#include "runtime/render/wavefront/render_options.h"
 
 namespace itn {
 
@@ -22,8 +22,8 @@ struct JobSlice {
   int pixel_step = 1;  // from a pixel to the next
 };
 
-// What went wrong with paths: arrivals at surfaces from the side where the path cannot be, and paths
-// that were ended though the scene sets no max_depth.
+// Counts of paths that went wrong: arrivals at surfaces from the side where the path cannot be, and paths that were
+// ended though the scene sets no max_depth.
 struct PathFaults {
   std::uint64_t misplaced = 0, endless = 0;
 };
@@ -59,19 +59,20 @@ class Wavefront {
   int sample_size() const { return floats_a_sample_; }  // floats; with `adjoint`, what replay() needs comes last
 
   // With `adjoint`: the next gradient starts from 0, and has so many contrasts beside it: sums over the same numbers
-  // with other pulls, but not by texels and voxels.
+  // with other adjoints, but not by texels and voxels.
   void begin_gradient(int contrasts);
   // Traces slices again whose samples are as trace(slices, at) left them, and adds to the gradient of every number of
-  // the launch (derivative/adjoint.h), or to one of the contrasts. pulls: of each pixel of each slice, channels() of
-  // them. By voxels: probes are traced, too (scattering/probe.h).
+  // the launch (derivative/adjoint.h), or to one of the contrasts. pulls: the adjoints of each pixel of each slice,
+  // channels() of them. By voxels: probes are traced, too (scattering/probe.h).
   void replay(const std::vector<JobSlice>& slices, const std::vector<float>& pulls, std::size_t at, int contrast = -1);
   // [set][number], and of each set a last one: of the first set how many products were lost, the integers being too
   // small. The first GRADIENT_SETS sets add up to the gradient, contrast_sets() of each contrast follow. Goes on from
   // 0.
   std::vector<std::int64_t> take_gradient();
   std::size_t contrast_sets() const { return static_cast<std::size_t>(contrast_sets_); }
-  // Of it, [texel][channel] of the textures and grids in `derivatives`; to be looked at before it is taken. They may be
-  // many: `use` sees them where they are, if the device's memory is the host's.
+  // Hands `use` the part of the gradient by texels, [texel][channel] of the textures and grids in `derivatives`; to be
+  // called before the gradient is taken. They may be many: `use` sees them where they are, if the device's memory is
+  // the host's.
   // texel_channels(): those of the radiance, or three where some texels are directions.
   void look_at_texel_gradient(const std::function<void(const std::int64_t* sums)>& use) const;
   std::size_t texel_sums() const { return texels_; }  // how many that are

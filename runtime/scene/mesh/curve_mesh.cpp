@@ -6,8 +6,8 @@
 #include <cmath>
 #include <numbers>
 
-#include "runtime/base/error.h"
-#include "runtime/base/file.h"
+#include "itn/error.h"
+#include "itn/file.h"
 #include "runtime/scene/mesh/mesh_text.h"
 #include "runtime/scene/transform.h"
 
@@ -182,7 +182,7 @@ Mesh bspline_curve_mesh(const std::vector<Curve>& curves) {
         if (speed > 0) tangent = normalize(c[1]);
         const std::size_t ring = mesh.position.size();
         const double v = (static_cast<double>(segment) + t) / static_cast<double>(segments);
-        // What moves with t: the centre along the tangent, e against the curvature, and the radius.
+        // The derivative by t moves the centre along the tangent, e against the curvature, and the radius.
         add_ring(mesh, tangent, sides, v, [&](const Vec3& e) {
           const double along = speed > 0 ? speed - r[0] * dot(e, c[2]) / speed : 1;
           const Vec3 n = along * e - r[1] * tangent;

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <unordered_map>
 
-#include "runtime/base/error.h"
+#include "itn/error.h"
 #include "runtime/scene/transform.h"
 
 namespace itn {
@@ -71,7 +71,7 @@ class Interpolation {
     return cell;
   }
 
-  // What the field changes by, along an axis, from one side of a cell of that axis to the other at the place's other
+  // Change of the field along an axis, from one side of a cell of that axis to the other, at the place's other
   // coordinates.
   double slope(std::size_t axis, std::size_t cell, const Vec3& place) const {
     Vec3 low = place, high = place;
@@ -151,7 +151,7 @@ class Polygons {
     return {place[0] / interpolation_.cells(0), place[1] / interpolation_.cells(1), place[2] / interpolation_.cells(2)};
   }
 
-  // Of the edge between a point inside and one outside.
+  // Index of the vertex on the edge between a point inside and one outside.
   std::uint32_t vertex(std::size_t inside, std::size_t outside) {
     const auto [known, is_new] = vertices_.try_emplace(
         std::min(inside, outside) * values_.size() + std::max(inside, outside), mesh_.position.size());

@@ -3,7 +3,7 @@
 #include <array>
 #include <vector>
 
-#include "runtime/scene/scene.h"
+#include "itn/scene.h"
 
 namespace itn {
 
@@ -18,9 +18,9 @@ enum class LevelSetNormals {
   smooth     // blended from the directions of those of the eight nearest cells (Hansson-Soederlund et al. 2022)
 };
 
-// Where the trilinear interpolation is 0, with normals that point to where it grows; open where that meets the cube's
-// faces. Marching tetrahedra, in steps of a third of a cell or, of large grids, more. Empty where the field has no
-// zero.
+// Mesh of the zero set of the trilinear interpolation, with normals that point to where it grows; open where it meets
+// the cube's faces. Marching tetrahedra, in steps of a third of a cell or, of large grids, more. Empty where the field
+// has no zero.
 Mesh level_set_mesh(const LevelSet& field, LevelSetNormals normals);
 
 }  // namespace itn

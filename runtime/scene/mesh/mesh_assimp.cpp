@@ -17,9 +17,9 @@
 #include <memory>
 #include <string_view>
 
+#include "itn/error.h"
+#include "itn/file.h"
 #include "runtime/base/child_process.h"
-#include "runtime/base/error.h"
-#include "runtime/base/file.h"
 #include "runtime/base/fingerprint.h"
 #include "runtime/base/inputs.h"
 #include "runtime/scene/mesh/mesh_file.h"
@@ -69,8 +69,8 @@ class NotedFiles : public Assimp::DefaultIOSystem {
   Fingerprints& files_;
 };
 
-// Warnings about what is not read here: how a mesh looks, moves, is lit or seen, and what else stands in its file. All
-// others are about its shape: vertices or faces that are missing, left out or cut off.
+// Warnings about what is not read here: a mesh's appearance, motion, light or visibility, and other contents of its
+// file. All others are about its shape: vertices or faces that are missing, left out or cut off.
 bool is_of_no_shape(std::string message) {
   constexpr std::array harmless{"anim",  "bone", "camera",    "color",   "colour", "light", "material", "metadata",
                                 "pivot", "skin", "smoothing", "texture", "uv",     "video", "unit",     "axis"};
@@ -79,7 +79,8 @@ bool is_of_no_shape(std::string message) {
                      [&](const char* word) { return message.find(word) != std::string::npos; });
 }
 
-// What Assimp mends in silence, such as an index out of range, or a file that ends early.
+// Catches the first error that Assimp would repair in silence, such as an index out of range, or a file that ends
+// early.
 class FirstError : public Assimp::LogStream {
  public:
   explicit FirstError(std::string& text) : text_(text) {}
@@ -120,7 +121,7 @@ MeshFile import(const std::string& file) {
   return result;
 }
 
-// How a mesh comes back from the process that has read it.
+// Serializes a mesh in the process that has read it, to send it back.
 class Writer {
  public:
   template <class Value>

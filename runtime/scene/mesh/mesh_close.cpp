@@ -104,7 +104,7 @@ class Places {
   std::array<std::int64_t, 3> cell(const std::array<float, 3>& p) const {
     return {std::llround(p[0] / distance_), std::llround(p[1] / distance_), std::llround(p[2] / distance_)};
   }
-  // Cells may share a key: it only decides where to look.
+  // Cells may share a key: it only decides which bucket to search.
   static std::uint64_t key(const std::array<std::int64_t, 3>& c) {
     std::uint64_t k = 0;
     for (const std::int64_t x : c) k = (k ^ static_cast<std::uint64_t>(x)) * 0x9e3779b97f4a7c15u;
@@ -270,7 +270,7 @@ void fill_holes(Mesh& mesh, Closing& closing) {
   const std::vector<std::uint32_t> part = number_parts(mesh, edges);
   const std::vector<double> area = areas_of_parts(mesh, part);
   const double total = std::accumulate(area.begin(), area.end(), 0.0);
-  // What is nearly flat has no inside to close: its lid would lie upon it.
+  // Parts that are nearly flat have no inside to close: a lid would lie upon them.
   constexpr double flat = 0.9;
   std::vector<Gap> gaps = find_gaps(edges, number);
   for (const std::vector<const Gap*>& ring : Rings(gaps).found) {

@@ -22,12 +22,12 @@ constexpr double weld_distance = 1e-4;
 // A hole is closed, and a wall taken out, up to this part of the mesh's area.
 constexpr double small_area = 0.05;
 
-// Where edges are not in order (Topology), in this order:
+// Repairs meshes whose edges are not in order (Topology), in these steps:
 // - triangles that occur twice are dropped once; twice with opposite windings, both;
 // - seams: vertices on open edges that nearly coincide become one place;
 // - walls inside: connected parts whose edges are only superfluous where they meet others are taken out;
 // - small holes get triangles between the vertices around them.
-// The mesh changes only when the result is closed. The volume's sign is not looked at.
+// The mesh changes only when the result is closed. The volume's sign does not count.
 Closing close_mesh(Mesh& mesh);
 
 }  // namespace itn

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <filesystem>
 
-#include "runtime/base/error.h"
+#include "itn/error.h"
 
 namespace itn {
 namespace {

@@ -6,20 +6,20 @@
 
 namespace itn {
 
-// What the file says, in its own coordinates, from an origin there: polygons become fans of triangles, all groups one
+// Reads the file's mesh in its own coordinates, from an origin there: polygons become fans of triangles, all groups one
 // mesh. PLY vertices are the file's, in its order; OBJ corners that share all their indices become one vertex. Normals
-// only where every vertex has one. Throws InputError naming the file and the place in it when it cannot be read, is
-// truncated, holds no triangle, an index out of range or a number that is not finite. By the ending of the name: .ply,
-// .obj and .serialized (its first mesh) are read here, some others by Assimp.
+// only where every vertex has one. The ending of the name tells the format: .ply, .obj and .serialized (its first mesh)
+// are read here, some others by Assimp. Throws InputError naming the file and the place in it when it cannot be read,
+// is truncated, holds no triangle, an index out of range or a number that is not finite.
 PlacedMesh read_mesh(const std::string& file);
 
 // Mesh number `index` of a file in Mitsuba's .serialized format; checked as by read_mesh().
 PlacedMesh read_serialized(const std::string& file, long index);
 
-// What read_mesh() promises of any mesh; InputError otherwise.
+// Checks of any mesh what read_mesh() promises. Throws InputError.
 void check_mesh(const Mesh& mesh, const std::string& file);
 
-// One format each; they do not look for numbers that are not finite, nor for empty meshes.
+// Readers of one format each; they do not check for numbers that are not finite, nor for empty meshes.
 PlacedMesh read_ply(const std::string& file);
 PlacedMesh read_obj(const std::string& file);
 // extension: in small letters, with its dot; InputError for one that is not in the list of those that are read.

@@ -6,7 +6,7 @@
 #include <array>
 #include <map>
 
-#include "runtime/base/file.h"
+#include "itn/file.h"
 #include "runtime/scene/mesh/mesh_file.h"
 #include "runtime/scene/mesh/mesh_text.h"
 

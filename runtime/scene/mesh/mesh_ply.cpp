@@ -8,7 +8,7 @@
 #include <cstring>
 #include <limits>
 
-#include "runtime/base/file.h"
+#include "itn/file.h"
 #include "runtime/image/srgb.h"
 #include "runtime/scene/mesh/mesh_file.h"
 #include "runtime/scene/mesh/mesh_text.h"
@@ -63,8 +63,8 @@ double half_value(std::uint16_t bits) {
   return bits & 0x8000 ? -magnitude : magnitude;
 }
 
-// Of the integers that Mitsuba takes for colours of sRGB the greatest value; 0: of other numbers, and of unsigned
-// bytes, which it takes as they are.
+// Greatest value of the integers that Mitsuba takes for colours of sRGB; 0: other numbers, and unsigned bytes, which it
+// takes as they are.
 double greatest(Number type) {
   switch (type) {
     case Number::int8:
@@ -228,7 +228,7 @@ class Body {
     return 0;
   }
 
-  // What must not be negative or fractional.
+  // Reads an integer that must not be negative or fractional.
   std::size_t next_index(Number type, const char* what) {
     const double value = next(type);
     if (!(value >= 0 && value < 4294967296.0 && value == std::floor(value)))
@@ -266,7 +266,7 @@ class Body {
   std::size_t row_ = 0;
 };
 
-// Where each vertex property goes; -1: nowhere.
+// The column into which each vertex property goes; -1: none.
 struct VertexColumns {
   bool has_normal = false, has_texcoord = false;
   std::vector<int> target;  // 0..2 position, 3..5 normal, 6..7 texture coordinate
@@ -308,9 +308,9 @@ bool is_number_called(const Property& property, std::string_view name) {
   return !property.is_list && property.name == name;
 }
 
-// What Mitsuba makes of the further properties of an element: r, g, b (or red, green, blue) are the attribute "color";
-// of others the one or three that stand together and differ in what follows the last underscore alone: x y z, 0 1 2, 1
-// 2 3, or r g b, whose attribute is called after them. owner: "vertex_" or "face_"
+// Finds the attributes that Mitsuba makes of an element's further properties: r, g, b (or red, green, blue) are the
+// attribute "color". Others are made of one property or of three that stand together and differ only in what follows
+// the last underscore: x y z, 0 1 2, 1 2 3, or r g b; they have the name before it. owner: "vertex_" or "face_"
 std::vector<AttributeColumns> find_attributes(const PlyElement& element, const std::string& owner) {
   const auto& all = element.properties;
   std::vector<AttributeColumns> result;

@@ -1,10 +1,10 @@
-// What a mesh must fulfil before rays meet it, and a data set's shape besides.
+// Makes meshes fit for rays, and for shapes of a data set.
 #pragma once
 #include <cstddef>
 #include <string>
 #include <vector>
 
-#include "runtime/scene/scene.h"
+#include "itn/scene.h"
 
 namespace itn {
 
@@ -12,7 +12,7 @@ namespace itn {
 // as they are indexed: what Mitsuba shades a mesh without normals with.
 void compute_normals(Mesh& mesh);
 
-// Turns every triangle and normal around.
+// Reverses every triangle and normal.
 void flip(Mesh& mesh);
 
 // Removes the triangles that are marked, with their values of attributes.

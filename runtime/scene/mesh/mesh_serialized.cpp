@@ -8,8 +8,8 @@
 #include <cstring>
 #include <string_view>
 
-#include "runtime/base/error.h"
-#include "runtime/base/file.h"
+#include "itn/error.h"
+#include "itn/file.h"
 #include "runtime/scene/mesh/mesh_file.h"
 #include "runtime/scene/mesh/mesh_text.h"
 

@@ -4,7 +4,7 @@
 #include <string>
 #include <string_view>
 
-#include "runtime/base/error.h"
+#include "itn/error.h"
 
 namespace itn {
 

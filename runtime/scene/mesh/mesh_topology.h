@@ -1,9 +1,9 @@
-// Which triangles meet at which edges, and whether a mesh is a closed surface with an inside.
+// Finds the triangles that meet at each edge, and whether a mesh is a closed surface with an inside.
 #pragma once
 #include <cstddef>
 #include <vector>
 
-#include "runtime/scene/scene.h"
+#include "itn/scene.h"
 
 namespace itn {
 
@@ -33,8 +33,8 @@ void for_each_edge(const std::vector<HalfEdge>& edges, const Function& f) {
   }
 }
 
-// How many more triangles run along the edge from its low to its high end than back. A surface is closed where all
-// edges have 0: then every point off the surface is a whole number of times inside.
+// Number of triangles that run along the edge from its low to its high end, less those that run back. A surface is
+// closed where all edges have 0: then every point off the surface is a whole number of times inside.
 int net_winding(const HalfEdge* first, const HalfEdge* last);
 
 struct EdgePlace {
@@ -42,11 +42,11 @@ struct EdgePlace {
   std::size_t triangle = 0;  // one of its triangles, from 0
 };
 
-// How a mesh fails to be a closed surface that winds consistently. Vertices at the same position count as one.
+// Reasons why a mesh is no closed surface that winds consistently. Vertices at the same position count as one.
 struct Topology {
-  std::size_t open_edges = 0;          // of one triangle
-  std::size_t turned_edges = 0;        // of two triangles that wind against each other
-  std::size_t non_manifold_edges = 0;  // of more, along which not as many triangles wind one way as the other
+  std::size_t open_edges = 0;                     // of one triangle
+  std::size_t turned_edges = 0;                   // of two triangles that wind against each other
+  std::size_t non_manifold_edges = 0;             // of more, with unequally many triangles in the two directions
   EdgePlace open_at, turned_at, non_manifold_at;  // one of each
   std::size_t shared_edges = 0;                   // of more than two triangles, consistent or not
   double volume = 0;                              // signed: positive when triangles wind so that normals point out

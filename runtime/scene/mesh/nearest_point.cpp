@@ -27,7 +27,7 @@ double squared_distance_to_box(const Vec3& p, const Vec3& low, const Vec3& high)
   return sum;
 }
 
-// Of a + t d, t in [0, 1], the t nearest to p.
+// The t in [0, 1] at which a + t d is nearest to p.
 double along_edge(const Vec3& p, const Vec3& a, const Vec3& d) {
   const double square = dot(d, d);
   return square > 0 ? std::clamp(dot(p - a, d) / square, 0.0, 1.0) : 0;

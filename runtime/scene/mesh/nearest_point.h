@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "runtime/scene/scene.h"
+#include "itn/scene.h"
 
 namespace itn {
 

@@ -4,7 +4,7 @@
 #include <array>
 #include <vector>
 
-#include "runtime/scene/scene.h"
+#include "itn/scene.h"
 
 namespace itn {
 
@@ -23,8 +23,8 @@ struct PlacedMesh : Mesh {
   double rounding = 0;   // of positions that a file has in single precision, over the longest side
 };
 
-// How far away things are over how large they are, from where on they are placed about an origin of their own. White
-// glass then loses less than 1e-5 of its light in a white furnace, and a medium in a rough boundary 1e-4.
+// Ratio of distance to size above which things are placed about an origin of their own. White glass then loses less
+// than 1e-5 of its light in a white furnace, and a medium in a rough boundary 1e-4.
 constexpr double far_away = 64;
 
 std::array<float, 3> to_float(const Vec3& v);
@@ -38,7 +38,7 @@ Vec3 rounded_middle(const Vec3& middle, double size);
 enum class FilePrecision { single, full };
 void set_positions(PlacedMesh& mesh, const std::vector<Vec3>& positions, FilePrecision precision);
 
-// With keeps_outside a reflection leaves the outside outside: triangles are turned as well. Without, the winding
+// With keeps_outside a reflection leaves the outside outside: triangles are reversed as well. Without, the winding
 // decides, as Mitsuba does for meshes that have no normals of their own.
 void transform_mesh(const Transform& transform, PlacedMesh& mesh, bool keeps_outside);
 

@@ -28,7 +28,7 @@ double volume_of(const Mesh& mesh) {
   return sum;
 }
 
-// Of radius 1 around the origin, as coordinates along the shape's axes.
+// Sphere of radius 1 around the origin, in coordinates along the shape's axes.
 Mesh unit_sphere(int turn) {
   Mesh mesh;
   const int rows = turn / 2;

@@ -1,6 +1,6 @@
 // Mitsuba's flat shapes as meshes, in their own coordinates.
 #pragma once
-#include "runtime/scene/scene.h"
+#include "itn/scene.h"
 
 namespace itn {
 

@@ -1,12 +1,12 @@
-// Mixtures of phase functions: what XML nests around them, flattened when it is read to parts that are no mixtures
+// Mixtures of phase functions that XML nests, flattened when they are read to parts that are no mixtures
 // (kernels/model/phase/mixture.h). To the rest of the program a mixture is one model, with the shares and the parts'
 // numbers one after the other; scenes that nest the same things in the same way share it.
 #pragma once
 #include <cstddef>
 #include <vector>
 
+#include "itn/scene.h"
 #include "runtime/scene/model/pieces.h"
-#include "runtime/scene/scene.h"
 
 namespace itn {
 
@@ -21,7 +21,7 @@ struct Mixture {
   Model model;
 };
 
-// Of one mixture. Each is code of the scene's program.
+// Limit for one mixture: each part is code of the scene's program.
 inline constexpr std::size_t most_parts = 64;
 
 std::size_t parts_of(const Model& phase);  // of one that is no mixture: 1

@@ -1,4 +1,6 @@
-#include "runtime/scene/model/model.h"
+#include "itn/model.h"
+
+#include "kernels/model/obstacle.h"
 
 #include <algorithm>
 #include <array>

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "runtime/scene/model/model.h"
+#include "itn/model.h"
 
 namespace itn {
 

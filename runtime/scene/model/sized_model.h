@@ -2,7 +2,7 @@
 #pragma once
 #include <cstddef>
 
-#include "runtime/scene/model/model.h"
+#include "itn/model.h"
 
 namespace itn {
 

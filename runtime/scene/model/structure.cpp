@@ -90,7 +90,7 @@ const char* const mirrored_inside =
     "what is inside mirrors light in a direction that would move with it, and paths are held fixed; need a rough one "
     "inside, such as roughconductor or roughplastic";
 
-// Of each piece: does it bend the normals of leaves that choose directions?
+// True for each piece that bends the normals of leaves that choose directions.
 std::vector<bool> pieces_that_turn_mirrors(const Structure& s) {
   std::vector<bool> result(s.pieces.size());
   for (const Structure::Leaf& leaf : s.leaves)

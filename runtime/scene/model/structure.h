@@ -1,12 +1,12 @@
-// What XML nests around BSDFs, flattened when it is read (kernels/model/nest): leaves, which are BSDFs, and on the way
-// to each the nests around it. All of it is one model to the rest of the program, with the numbers of nests and leaves
-// one after the other; scenes that nest the same things in the same way share it.
+// BSDFs that XML nests, flattened when they are read (kernels/model/nest): leaves, which are BSDFs, each with the nests
+// that lead to it. All of it is one model to the rest of the program, with the numbers of nests and leaves one after
+// the other; scenes that nest the same things in the same way share it.
 #pragma once
 #include <string>
 #include <vector>
 
+#include "itn/scene.h"
 #include "runtime/scene/model/pieces.h"
-#include "runtime/scene/scene.h"
 
 namespace itn {
 
@@ -31,11 +31,11 @@ struct Structure {
   }
   // Its traits; of a leaf that is a passage: those of one.
   int traits_of(const Leaf& leaf) const;
-  // Where the numbers of a piece begin; of none: 0.
+  // Index of a piece's first number; 0 for none.
   int first_of(int piece) const { return piece < 0 ? 0 : pieces[static_cast<std::size_t>(piece)].first_number; }
 };
 
-// Of one structure. Each is code of the scene's program.
+// Limit for one structure: each leaf is code of the scene's program.
 inline constexpr std::size_t most_leaves = 64;
 
 // The nests that scene files know, in the order of their list.

@@ -30,7 +30,7 @@ class StructureFormula {
         wi, wo, {});
   }
 
-  // Of what is drawn.
+  // Pdf of the sampled direction.
   Real density(const Direction& wi, const Direction& wo) const {
     return sum_of_leaves(
         [&](const Structure::Leaf& leaf, const Nest<Real>& x, Real* f) {
@@ -43,7 +43,7 @@ class StructureFormula {
         wi, wo, {})[0];
   }
 
-  // What comes from a direction that the picked leaf chose.
+  // Value of a direction that the picked leaf chose.
   std::vector<Real> chosen(const Direction& wi, const Direction& wo) const {
     return sum_of_leaves(
         [&](const Structure::Leaf& leaf, const Nest<Real>& x, Real* f) {

@@ -1,4 +1,4 @@
-#include "runtime/scene/model/texture_model.h"
+#include "itn/texture_model.h"
 
 #include <algorithm>
 

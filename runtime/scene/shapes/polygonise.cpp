@@ -77,7 +77,7 @@ class Lattice {
     return std::move(mesh_);
   }
 
-  // How many triangles all pieces together would have.
+  // Number of triangles of all pieces together.
   std::size_t count() const {
     std::size_t triangles = 0;
     for_each_tetrahedron([&](const std::array<std::size_t, 4>& tetrahedron) {
@@ -258,7 +258,7 @@ class Lattice {
     return sum;
   }
 
-  // Where the surface cuts the edge between an inner and an outer point.
+  // Index of the vertex where the surface cuts the edge between an inner and an outer point.
   std::uint32_t vertex(std::size_t inner, std::size_t outer) {
     const auto [low, high] = std::minmax(inner, outer);
     const auto [entry, is_new] =
@@ -276,8 +276,8 @@ class Lattice {
     return entry->second;
   }
 
-  // The share of the way from a (value below 0) to b (0 or above) where the function is 0: false position, Illinois
-  // variant (Dowell and Jarratt 1971). Kept off the ends, so that no triangle is degenerate.
+  // The share of the segment from a (value below 0) to b (0 or above) at which the function is 0: false position,
+  // Illinois variant (Dowell and Jarratt 1971). Kept off the ends, so that no triangle is degenerate.
   double crossing(const Vec3& a, const Vec3& b, double a_value, double b_value) const {
     double low = 0, high = 1, share = 0.5;
     int last = 0;

@@ -34,7 +34,7 @@ class Dice {
     const double z = uniform(-1, 1), angle = uniform(0, 2 * pi), r = std::sqrt(1 - z * z);
     return {r * std::cos(angle), r * std::sin(angle), z};
   }
-  // Uniform: a turn about z, then z to a uniform direction.
+  // Uniform: a rotation about z, then z to a uniform direction.
   Transform rotation() {
     const Transform spin = rotate({0, 0, 1}, uniform(0, 360));
     const double tilt = std::acos(uniform(-1, 1)) * 180 / pi, towards = uniform(0, 2 * pi);
@@ -124,7 +124,7 @@ Solid spikes(Dice& dice) {
   return unite_smoothly(std::move(parts), blend);
 }
 
-// A polygon or a star drawn upwards, turned and narrowed on its way; edges sharp or round.
+// A polygon or a star extruded upwards, twisted and tapered; edges sharp or round.
 Solid prism(Dice& dice) {
   const int points = dice.whole(2, 9);
   const double inner = dice.uniform(0.35, 1.0) * 0.6, height = dice.uniform(0.12, 1.0);
@@ -202,7 +202,7 @@ Solid porous(Dice& dice) {
   return intersect(whole, turned(moved(gyroid(period, thickness), shift), pose));
 }
 
-// A profile turned about an axis, massive or hollowed from above: vases, bowls, chess pieces.
+// A profile rotated about an axis, massive or hollowed from above: vases, bowls, chess pieces.
 Solid turned_on_lathe(Dice& dice) {
   const int rings = dice.whole(3, 7);
   const bool hollow = dice.chance(0.5);
@@ -251,7 +251,7 @@ const std::vector<Family>& families() {
   return list;
 }
 
-// What any family may get.
+// Applies the random changes that any family may get.
 Solid changed(Solid solid, Dice& dice) {
   if (dice.chance(0.25)) {
     const double period = dice.uniform(0.2, 0.5);

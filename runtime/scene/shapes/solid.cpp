@@ -13,7 +13,7 @@ namespace {
 
 constexpr double pi = std::numbers::pi;
 
-// Where the line from a to b is nearest to p: 0 at a, 1 at b.
+// Place at which the line from a to b is nearest to p: 0 at a, 1 at b.
 template <typename Vector>
 double nearest_share(const Vector& p, const Vector& a, const Vector& b) {
   double along = 0, length_squared = 0;
@@ -48,7 +48,7 @@ double join_powers(double x, double y, double n) {
   return large > 0 ? large * std::pow(1 + std::pow(small / large, n), 1 / n) : 0;
 }
 
-// How much longer a norm of exponent n can be than the Euclidean one, in the plane.
+// Greatest ratio of a norm of exponent n to the Euclidean one, in the plane.
 double norm_slope(double n) { return n < 2 ? std::pow(2.0, 1 / n - 0.5) : 1.0; }
 
 }  // namespace

@@ -4,7 +4,7 @@
 #include <functional>
 #include <vector>
 
-#include "runtime/scene/scene.h"
+#include "itn/scene.h"
 
 namespace itn {
 
@@ -61,7 +61,7 @@ Solid shell(const Solid& solid, double thickness);  // the space within thicknes
 Solid moved(const Solid& solid, const Vec3& by);
 Solid turned(const Solid& solid, const Transform& rotation);  // a rotation about the origin
 Solid stretched(const Solid& solid, const Vec3& factors);
-// A turn about z by `turn` radians a unit of height. `reach`: no part of the solid is farther from the axis.
+// Twist about z by `turn` radians a unit of height. `reach`: no part of the solid is farther from the axis.
 Solid twisted(const Solid& solid, double turn, double reach);
 // Cross-sections are scaled by 1 at the height -half_height, by `top` at +half_height, linearly between, constant
 // beyond.

@@ -52,7 +52,7 @@ Real between(const Real& low, const Real& high, const Real& weight) {
   return low + weight * (high - low);
 }
 
-// Where x lies among 0, 1, ... last: the step below and the weight of the one above it.
+// Interval of x among 0, 1, ... last: the step below and the weight of the one above it.
 template <class Real>
 struct Step {
   std::size_t below;
@@ -68,7 +68,7 @@ struct Step {
   }
 };
 
-// What the sky can be differentiated by.
+// Quantities by which the sky can be differentiated.
 template <class Real>
 struct Controls {
   Real turbidity;

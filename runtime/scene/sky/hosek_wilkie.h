@@ -4,8 +4,8 @@
 #include <array>
 #include <vector>
 
+#include "itn/scene.h"
 #include "kernels/shared/environment_layout.h"
-#include "runtime/scene/scene.h"
 
 namespace itn {
 
@@ -17,7 +17,7 @@ struct SunSky {
 };
 SunSky sunsky_of(const Environment& environment);  // of the model sunsky
 
-// What is left of the tables for one turbidity, ground albedo and elevation of the sun.
+// The tables evaluated for one turbidity, ground albedo and elevation of the sun.
 struct ClearSky {
   Vec3 sun{0, 0, 1};                                          // local, unit, towards the sun
   std::array<std::array<double, SKY_COEFFICIENTS>, 3> sky{};  // of kernels/model/sky_hosek_wilkie.h
@@ -31,7 +31,7 @@ struct ClearSky {
 // Expects values inside their ranges: append_environment checks them.
 ClearSky clear_sky(const SunSky& parameters);
 
-// What a clear sky can be differentiated by: albedo has three components.
+// Parameters by which a clear sky can be differentiated: albedo has three components.
 enum SkyParameter : std::size_t {
   SKY_TURBIDITY,
   SKY_ALBEDO,

@@ -16,9 +16,9 @@
 #include <limits>
 #include <type_traits>
 
+#include "itn/error.h"
+#include "itn/file.h"
 #include "runtime/base/child_process.h"
-#include "runtime/base/error.h"
-#include "runtime/base/file.h"
 #include "runtime/base/inputs.h"
 #include "runtime/scene/transform.h"
 #include "runtime/scene/volume/packed_voxels.h"
@@ -42,7 +42,7 @@ Vec3 vector(const openvdb::Coord& c) {
   return {static_cast<double>(c.x()), static_cast<double>(c.y()), static_cast<double>(c.z())};
 }
 
-// Looks at values, and calls voxels what the file calls them.
+// Checks values, and calls voxels what the file calls them.
 class ValueCheck {
  public:
   ValueCheck(const std::string& name, VoxelValues allowed)
@@ -98,7 +98,7 @@ bool with_type(const openvdb::GridBase& grid, const F& f) {
 // The library takes what is in its memory for what is behind a file's end, but for parts that are compressed.
 class WholeFile : public openvdb::io::Archive {
  public:
-  // Where the last of the file's grids ends. Throws std::ios_base::failure: before that the file does.
+  // End of the file's last grid. Throws std::ios_base::failure: the file ends before that.
   std::int64_t end_of_grids(std::istream& in) {
     readHeader(in);
     std::int64_t end = 0;
@@ -181,7 +181,7 @@ PackedVoxels packed_from(const Grid& from, const openvdb::Coord& first, const Vo
   });
 }
 
-// How a grid comes back from the process that has read it; its values follow, or the bricks and words of packed ones.
+// The header by which the reading process sends a grid back; its values follow, or the bricks and words of packed ones.
 struct Header {
   std::array<int, 4> size;  // width, height, depth, channels
   Transform to_world;

@@ -2,7 +2,7 @@
 #pragma once
 #include <string>
 
-#include "runtime/scene/scene.h"
+#include "itn/scene.h"
 #include "runtime/scene/volume/volume_file.h"
 
 namespace itn {

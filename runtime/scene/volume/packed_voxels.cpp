@@ -9,7 +9,7 @@
 #include <map>
 #include <numeric>
 
-#include "runtime/base/error.h"
+#include "itn/error.h"
 
 namespace itn {
 namespace {

@@ -8,8 +8,8 @@
 #include <string>
 #include <vector>
 
+#include "itn/scene.h"
 #include "kernels/shared/scene_layout.h"
-#include "runtime/scene/scene.h"
 
 namespace itn {
 
@@ -17,7 +17,7 @@ inline constexpr float greatest_voxel = 1e30F;
 inline constexpr int most_voxels_along_axis = 1 << 20;
 inline constexpr int brick_side = BRICK;
 
-// How numbers stand for values, and what values there are.
+// Encoding of values by integers, and statistics of the values.
 struct PackedRange {
   int bits = 32;            // 8 or 16: a value is low + step * number; 32: a float
   float low = 0, step = 0;  // of numbers
@@ -32,7 +32,7 @@ struct PackedVoxels : PackedRange {
   std::size_t bytes() const { return sizeof(std::uint32_t) * (bricks.size() + words.size()); }
   // value: voxel * channels + channel, the voxel counted in stored bricks
   float value(std::size_t value) const;
-  // Of the voxel at x, y, z of a grid with this many bricks along x and y.
+  // Index of the voxel at x, y, z of a grid with this many bricks along x and y.
   std::size_t voxel(const std::array<int, 2>& bricks_along, int x, int y, int z) const;
 };
 
@@ -46,7 +46,7 @@ using BrickValues = std::function<bool(const std::array<int, 3>& brick, float* v
 // where), or more than 2 GiB.
 PackedVoxels pack(const VoxelGrid& grid, int bits, const std::string& file, const BrickValues& values);
 
-// Of all values of a grid, packed or not.
+// Range of all values of a grid, packed or not.
 struct VoxelRange {
   float least, greatest;
 };

@@ -18,7 +18,7 @@ std::size_t wrapped(Texture::Wrap wrap, double place, int size) {
   return static_cast<std::size_t>(m < n ? m : period - 1 - m);
 }
 
-// What a bitmap shows at texture coordinates (kernels/model/texture/bitmap.h): a value for each of its channels.
+// Value of a bitmap at texture coordinates (kernels/model/texture/bitmap.h), one for each of its channels.
 void bitmap_value(const Texture& picture, const Vec2& uv, float* value) {
   const Bitmap& bitmap = *picture.bitmap;
   const auto& m = picture.to_uv;

@@ -10,8 +10,8 @@
 #include <fstream>
 #include <string_view>
 
-#include "runtime/base/error.h"
-#include "runtime/base/file.h"
+#include "itn/error.h"
+#include "itn/file.h"
 #include "runtime/scene/volume/packed_voxels.h"
 
 namespace itn {
@@ -72,7 +72,7 @@ void check_values(const VoxelGrid& grid, const std::string& file, VoxelValues al
 
 namespace {
 
-// What a file that begins so says of its voxels.
+// Reads the size and the box of the voxels from the beginning of a file.
 VoxelGrid read_header(std::string_view bytes, const std::string& file, bool packed) {
   std::array<char, header_bytes> header{};
   std::copy_n(bytes.begin(), std::min(bytes.size(), header_bytes), header.begin());

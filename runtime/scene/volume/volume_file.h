@@ -2,7 +2,7 @@
 #pragma once
 #include <string>
 
-#include "runtime/scene/scene.h"
+#include "itn/scene.h"
 
 namespace itn {
 
@@ -15,8 +15,8 @@ VoxelGrid read_volume_file(const std::string& file, VoxelValues values = VoxelVa
 // In place of what the file held, whole or not at all. Throws ResultError: not writable.
 void write_volume_file(const std::string& file, const VoxelGrid& grid);
 
-// How many values a grid of this size and these channels has. Throws InputError: none, or, where it is not packed, more
-// than are rendered.
+// Number of values of a grid with this size and these channels. Throws InputError: none, or, where it is not packed,
+// more than are rendered.
 std::size_t checked_values(const VoxelGrid& grid, const std::string& file, bool packed = false);
 
 // Throws InputError: a value is not finite, too large or, where that is asked for, negative (says where, of packed

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "kernels/model/obstacle.h"
 #include "kernels/shared/declaration.h"
 #include "runtime/scene/model/structure.h"
 #include "runtime/scene/xml/builder.h"
@@ -19,7 +20,7 @@ std::vector<std::string> bsdf_types() {
   return types;
 }
 
-// What light does not pass.
+// Types of BSDFs that light does not pass.
 std::vector<std::string> opaque_types() {
   std::vector<std::string> types;
   for (const Model& model : bsdf_models())
@@ -28,7 +29,7 @@ std::vector<std::string> opaque_types() {
   return types;
 }
 
-// How many BSDFs a nest stands around.
+// Number of BSDFs that a nest contains.
 struct Inside {
   std::size_t least, most;
   const char* words;
@@ -49,7 +50,7 @@ std::vector<const Element*> elements_inside(Properties& properties, const Model&
   return found;
 }
 
-// What a <bsdf> is, or a stand-in for what could not be read.
+// The BSDF of a <bsdf> element, or a stand-in for one that could not be read.
 struct Inner {
   const Element* element = nullptr;
   int index = 0;
@@ -126,7 +127,7 @@ bool passes_light(Properties& properties) {
          properties.number("spec_trans") != 0;
 }
 
-// Of the models that share a type, the one that the parameters mean. of: the first
+// Among the models that share a type, the one that the parameters mean. of: the first
 const Model& meant_model(Properties& properties, const Model& of) {
   const Model* other = find_of_type(of, BSDF_ANISOTROPIC);
   if (other && is_anisotropic(properties)) return *other;

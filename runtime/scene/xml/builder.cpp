@@ -9,7 +9,7 @@ namespace {
 
 void examine(Builder& builder, const Element& element);
 
-// What cannot be built may contain more that cannot: one run tells all of it.
+// Also examines the children of an element that cannot be built, so that one run tells all errors.
 template <class Make>
 bool build_or_examine(Builder& builder, const Element& element, Make make) {
   if (builder.report.attempt(make)) return true;

@@ -8,9 +8,9 @@
 #include <string>
 #include <vector>
 
-#include "runtime/scene/load.h"
+#include "itn/load_scene.h"
+#include "itn/scene.h"
 #include "runtime/scene/mesh/placed_mesh.h"
-#include "runtime/scene/scene.h"
 #include "runtime/scene/scene_middle.h"
 #include "runtime/scene/volume/volume_file.h"
 #include "runtime/scene/xml/document.h"
@@ -69,7 +69,7 @@ void build_film(Builder& builder, const Element& element, Sensor& sensor);
 void build_filter(Builder& builder, const Element& element, Sensor& sensor);
 void build_sampler(Builder& builder, const Element& element, Sensor& sensor);
 
-// What the above call: each turns one element into one entry, or throws InputError.
+// Functions that the above call: each turns one element into one entry, or throws InputError.
 int read_bsdf(Builder& builder, const Element& element);
 int read_medium(Builder& builder, const Element& element);
 void read_emitter(Builder& builder, const Element& element);
@@ -86,7 +86,7 @@ void read_film(Builder& builder, const Element& element, Sensor& sensor);
 void read_filter(Builder& builder, const Element& element, Sensor& sensor);
 void read_sampler(Builder& builder, const Element& element, Sensor& sensor);
 
-// What the model of the instance declares, each parameter as its kind says.
+// Reads the parameters that the model of the instance declares, each as its kind says.
 void read_parameters(Builder& builder, Properties& properties, Instance& instance);
 // The parameter `name` of a medium: a number, a colour or a grid of voxels.
 Texture read_medium_parameter(Builder& builder, Properties& properties, const DeclaredParameter& parameter);
@@ -101,7 +101,8 @@ std::vector<std::string> types_of(const std::vector<Model>& models);
 // The parameter `name`: a colour in [0, 1], or a texture of values up to `most`.
 Texture build_texture(Builder& builder, Properties& owner, const std::string& name, double fallback, double most = 1);
 
-// What earlier versions of Mitsuba 3 saw a scene with that has no sensor: from below its least z, along z, all of it.
+// The sensor that earlier versions of Mitsuba 3 gave a scene without one: from below its least z, along z, it sees all
+// of the scene.
 Sensor sensor_of_all(const Builder& builder);
 
 // Cameras without far_clip of scenes that go beyond Mitsuba's.

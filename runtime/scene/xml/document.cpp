@@ -6,7 +6,7 @@
 #include <pugixml.hpp>
 #include <set>
 
-#include "runtime/base/file.h"
+#include "itn/file.h"
 #include "runtime/base/printable.h"
 #include "runtime/scene/xml/message.h"
 #include "runtime/scene/xml/references.h"
@@ -20,7 +20,7 @@ namespace fs = std::filesystem;
 const std::set<std::string> object_tags = {"scene", "sensor", "integrator", "film",    "rfilter", "sampler", "shape",
                                            "bsdf",  "medium", "phase",      "emitter", "texture", "volume"};
 
-// Which attributes each tag takes; objects: type, id, name.
+// Attributes that each tag takes; objects: type, id, name.
 const std::map<std::string, std::vector<std::string>> attributes_of = {
     {"float", {"name", "value"}},
     {"integer", {"name", "value"}},
@@ -52,7 +52,7 @@ constexpr std::size_t deepest_include = 15, most_includes = 1000, most_paths = 1
 // Definitions that use each other could otherwise grow without bound.
 constexpr std::size_t longest_value = 1'000'000, longest_default = 1000;
 
-// Of all files together, and of all values once names are replaced.
+// Limits for all files together, and for all values once names are replaced.
 constexpr std::size_t most_bytes = 1 << 28, most_growth = 1 << 26;
 
 // Turns a byte offset into line and column.

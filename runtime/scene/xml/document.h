@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "runtime/scene/scene.h"
+#include "itn/scene.h"
 #include "runtime/scene/xml/file_resolver.h"
 #include "runtime/scene/xml/report.h"
 

@@ -22,7 +22,7 @@ Transform rotation(Properties& properties) {
   return t;
 }
 
-// What of an environment is no number: name_rest, for each of the list.
+// name_rest, for each of the list: reads the properties of an environment that are no numbers.
 void constant_rest(Builder& /*builder*/, Properties& /*properties*/, Environment& /*environment*/) {}
 
 // Mitsuba's least size of an environment map: below it the last column and the last row are repeated.
@@ -130,7 +130,7 @@ void read_rest(Builder& builder, Properties& properties, Environment& environmen
 
 bool is_in_shape(const Model& model) { return (model.traits & (LIGHT_ON_SHAPE | LIGHT_BEAM)) != 0; }
 
-// Those of lights that stand in a shape, or of the others.
+// Types of the lights that belong into a shape, or of the others.
 std::vector<std::string> light_types(bool in_shape) {
   std::vector<std::string> types;
   for (const Model& model : light_models())
@@ -138,7 +138,7 @@ std::vector<std::string> light_types(bool in_shape) {
   return types;
 }
 
-// Of a texture, as what it brings is guessed by.
+// Mean of a texture, for the guess of a light's power.
 Rgb mean_of(const Texture& texture) {
   std::vector<Rgb> values = texture.colours;
   if (texture.bitmap) {
@@ -159,7 +159,7 @@ bool shows_texture(const Model& model) {
   return (model.traits & LIGHT_ON_SHAPE) != 0 && (model.traits & LIGHT_TINTED) != 0;
 }
 
-// How often Mitsuba samples an emitter, over others.
+// Relative frequency with which Mitsuba samples an emitter.
 double sampling_weight(Properties& properties) {
   const double weight = properties.number("sampling_weight", 1);
   if (!(weight >= 0))

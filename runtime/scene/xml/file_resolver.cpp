@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <filesystem>
 
-#include "runtime/base/file.h"
+#include "itn/file.h"
 
 namespace itn {
 

@@ -1,4 +1,4 @@
-// Where the files are that a scene names: the order of folders is that of Mitsuba's file resolver.
+// Finds the files that a scene names: the order of folders is that of Mitsuba's file resolver.
 #pragma once
 #include <string>
 #include <vector>
@@ -7,7 +7,7 @@ namespace itn {
 
 class FileResolver {
  public:
-  // Of a scene file: its folder, then the current one.
+  // Starts with the folder of a scene file, then the current one.
   explicit FileResolver(const std::string& scene_file);
 
   // Looked in before all others.

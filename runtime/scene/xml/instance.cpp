@@ -5,10 +5,10 @@
 #include <cmath>
 #include <limits>
 
+#include "itn/colour.h"
+#include "itn/error.h"
 #include "kernels/model/obstacle.h"
 #include "kernels/shared/declaration.h"
-#include "runtime/base/colour.h"
-#include "runtime/base/error.h"
 #include "runtime/scene/model/sized_model.h"
 #include "runtime/scene/transform.h"
 #include "runtime/scene/xml/builder.h"
@@ -69,7 +69,7 @@ Vec3 position(Properties& properties, const std::string& name) {
   return properties.vector(name, {0, 0, 0});
 }
 
-// Where to_world turns a unit vector; of length 1.
+// Image of a unit vector under to_world, of length 1.
 Vec3 axis(Properties& properties, const Vec3& of) {
   const Vec3 turned = transform_vector(properties.transform("to_world"), of);
   if (!(length(turned) > 0))
@@ -101,7 +101,7 @@ double picture_aspect(Builder& builder, Properties& properties) {
   return picture.bitmap ? static_cast<double>(picture.bitmap->width) / picture.bitmap->height : 1;
 }
 
-// `name`, or where to_world turns the z axis; of length 1.
+// `name`, or the image of the z axis under to_world; of length 1.
 Vec3 direction(Properties& properties, const std::string& name) {
   const bool given = properties.has(name);
   if (given && properties.has("to_world"))

@@ -21,7 +21,7 @@ const std::map<std::string, Depth> of_radiance = {
 // These compute something else, of which this renderer knows nothing, and may contain integrators of radiance.
 const std::vector<std::string> of_something_else = {"aov", "depth", "moment", "stokes"};
 
-// How many directions are sampled changes no expected value, but for none.
+// The number of sampled directions changes no expected value, unless it is 0.
 void parse_samples(Builder& builder, Properties& properties) {
   const long usual = properties.integer("shading_samples", 1);
   const long of_emitters = properties.integer("emitter_samples", usual);
@@ -48,14 +48,14 @@ void parse_depth(Builder& builder, Properties& properties, Depth depth, Integrat
     properties.fail_at("max_depth", "\"max_depth\" = " + std::to_string(max_depth) + "; need -1 (no limit), 0 or more");
   if (rr_depth < 1) properties.fail_at("rr_depth", "\"rr_depth\" = " + std::to_string(rr_depth) + "; need 1 or more");
   constexpr long deepest = 1'000'000;  // no path gets there: as good as no limit
-  // Mitsuba's prb, prb_basic and prb_projective show emitters with max_depth 0, too; its other integrators show
-  // nothing.
+  // Mitsuba's prb, prb_basic and prb_projective render emitters with max_depth 0, too; its other integrators render
+  // black.
   const bool shows_emitters = properties.type().rfind("prb", 0) == 0 && properties.type() != "prbvolpath";
   integrator.max_depth = max_depth > deepest ? -1 : max_depth == 0 && shows_emitters ? 1 : static_cast<int>(max_depth);
   integrator.rr_depth = static_cast<int>(std::min(rr_depth, deepest));
 }
 
-// How Mitsuba divides its work, and how it samples: changes no expected value.
+// Reads and ignores settings that divide Mitsuba's work or change its sampling: they change no expected value.
 void skip_hints(Properties& properties) {
   properties.number("timeout", -1);
   properties.integer("block_size", 0);

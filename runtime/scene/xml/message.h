@@ -3,8 +3,8 @@
 #include <string>
 #include <vector>
 
-#include "runtime/base/error.h"
-#include "runtime/scene/scene.h"
+#include "itn/error.h"
+#include "itn/scene.h"
 
 namespace itn {
 

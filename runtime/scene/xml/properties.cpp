@@ -6,8 +6,8 @@
 #include <cmath>
 #include <map>
 
-#include "runtime/base/file.h"
-#include "runtime/scene/load.h"
+#include "itn/file.h"
+#include "itn/load_scene.h"
 #include "runtime/scene/xml/message.h"
 #include "runtime/scene/xml/transform.h"
 #include "runtime/scene/xml/values.h"

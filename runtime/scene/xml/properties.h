@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "runtime/scene/scene.h"
+#include "itn/scene.h"
 #include "runtime/scene/xml/document.h"
 #include "runtime/scene/xml/report.h"
 #include "runtime/scene/xml/spectrum.h"
@@ -20,7 +20,7 @@ struct Color {
 
 class Properties {
  public:
-  // What does not belong into the element goes to the report; values that cannot be read end in InputError.
+  // Properties that do not belong into the element go to the report; values that cannot be read throw InputError.
   Properties(const Document& document, const Element& element, Report& report);
 
   const Element& element() const { return element_; }
@@ -43,7 +43,7 @@ class Properties {
   Color color(const std::string& name, const Color& fallback, Quantity quantity = Quantity::reflectance);
   // Is the parameter a nested spectrum plugin, which is the same everywhere, rather than a texture?
   bool is_spectrum(const std::string& name);
-  // <string> that names a file: looked for where Mitsuba looks, then beside the file that says it. Must exist.
+  // <string> that names a file: searched in Mitsuba's folders, then beside the file that names it. Must exist.
   std::string file(const std::string& name);
   // Is the parameter a nested object (or reference to one) rather than a plain value?
   bool is_object(const std::string& name);

@@ -70,7 +70,7 @@ class Circles {
  public:
   explicit Circles(const Document& document) : document_(document) {}
 
-  // How deep the objects within `element` go. `above`: how deep it stands itself.
+  // Depth of the objects within `element`. `above`: the element's own depth.
   int height(const Element& element, int above) {
     if (above > deepest)
       fail(element.where, "objects and references nest more than " + std::to_string(deepest) + " deep");

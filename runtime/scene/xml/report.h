@@ -1,4 +1,4 @@
-// What is wrong with a scene, all of it, so that one run tells everything.
+// Collects all errors of a scene, so that one run tells everything.
 #pragma once
 #include <set>
 #include <string>

@@ -1,7 +1,10 @@
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
+#include <utility>
 
+#include "kernels/model/sensor/opencv.h"
 #include "runtime/scene/box.h"
 #include "runtime/scene/transform.h"
 #include "runtime/scene/xml/builder.h"
@@ -139,10 +142,10 @@ void read_sampler(Builder& builder, const Element& element, Sensor& sensor) {
   if (std::find(types.begin(), types.end(), properties.type()) == types.end()) fail_type(element, types);
   sensor.spp = dimension(properties, "sample_count", 4, 0, 1'000'000'000);
   if (sensor.spp == 0) {
-    builder.warn(element.where, properties.title() + ": sample_count = 0 is taken as 1; --spp gives another one");
+    builder.warn(element.where, properties.title() + ": sample_count = 0 is taken as 1; spp gives another one");
     sensor.spp = 1;
   }
-  properties.integer("seed", 0);  // --seed chooses the random numbers
+  properties.integer("seed", 0);  // the renderer's seed chooses the random numbers
   if (properties.type() == "multijitter" || properties.type() == "stratified" || properties.type() == "orthogonal")
     properties.boolean("jitter", true);
   if (properties.type() == "orthogonal") properties.integer("strength", 2);
@@ -153,7 +156,7 @@ namespace {
 
 constexpr double usual_far_clip = 1e4;  // Mitsuba's
 
-const std::vector<std::string> sensor_types = {"perspective",   "thinlens",        "orthographic",
+const std::vector<std::string> sensor_types = {"perspective",   "opencv",          "thinlens", "orthographic",
                                                "radiancemeter", "irradiancemeter", "distant"};
 
 void parse_perspective(Properties& properties, Sensor& sensor) {
@@ -164,6 +167,56 @@ void parse_perspective(Properties& properties, Sensor& sensor) {
   }
   if (!is_rigid(sensor.to_world))
     properties.fail_at("to_world", "to_world scales or shears; a perspective sensor can only be moved and turned");
+}
+
+// Newton's method must find each place of the film again, and the distortion must not fold on the way there from the
+// axis.
+void check_distortion(const Properties& properties, const Sensor& sensor) {
+  constexpr int cells = 64;
+  const double tan_x = std::tan(radians(sensor.fov_x) / 2);
+  const double tan_y = tan_x * sensor.height / sensor.width * sensor.pixel_aspect;
+  for (int i = 0; i <= cells; ++i)
+    for (int j = 0; j <= cells; ++j) {
+      const double film_x = 1.0 * i / cells, film_y = 1.0 * j / cells;
+      const double x = (2 * (film_x + sensor.principal_x) - 1) * tan_x,
+                   y = (2 * (film_y + sensor.principal_y) - 1) * tan_y;
+      double u = 0, v = 0, again_x = 0, again_y = 0;
+      opencv_undistort(sensor.distortion.data(), x, y, &u, &v);
+      opencv_distort(sensor.distortion.data(), u, v, &again_x, &again_y);
+      bool is_right = std::hypot(again_x - x, again_y - y) < 1e-6 * (1 + std::hypot(x, y));
+      double last = -1;  // distance from the axis on the film, which grows with that in space
+      for (int k = 0; k <= cells && is_right; ++k) {
+        const double share = 1.0 * k / cells;
+        opencv_distort(sensor.distortion.data(), share * u, share * v, &again_x, &again_y);
+        is_right = std::hypot(again_x, again_y) > last;
+        last = std::hypot(again_x, again_y);
+      }
+      if (!is_right)
+        properties.fail_at("k1", "the distortion by k1 to k6, p1 and p2 folds before pixel (" +
+                                     to_text(film_x * sensor.width) + ", " + to_text(film_y * sensor.height) +
+                                     "); need one under which places on the film move outwards all over the film");
+    }
+}
+
+// OpenCV's camera. fx, fy, cx, cy are of the film that the scene asks for [pixel], and the middle of the first pixel is
+// (0, 0).
+void parse_opencv(Properties& properties, const FilmSize& film, Sensor& sensor) {
+  const double fx = properties.number("fx"), fy = properties.number("fy", fx);
+  for (const auto& [name, value] : {std::pair("fx", fx), std::pair("fy", fy)})
+    if (!(value > 0)) properties.fail_at(name, std::string(name) + " = " + to_text(value) + "; need pixels above 0");
+  const double cx = properties.number("cx", (film.width - 1) / 2.0),
+               cy = properties.number("cy", (film.height - 1) / 2.0);
+  // --size may stretch the film: what is seen stays.
+  const double stretch = 1.0 * sensor.width / film.width * film.height / sensor.height;
+  sensor.fov_x = 2 * degrees(std::atan(film.width / (2 * fx)));
+  sensor.pixel_aspect = fx / fy * stretch;
+  sensor.principal_x = 0.5 - (cx + 0.5) / film.width;
+  sensor.principal_y = 0.5 - (cy + 0.5) / film.height;
+  const std::array<const char*, 8> names{"k1", "k2", "k3", "k4", "k5", "k6", "p1", "p2"};
+  for (std::size_t i = 0; i < names.size(); ++i) sensor.distortion[i] = properties.number(names[i], 0);
+  if (!is_rigid(sensor.to_world))
+    properties.fail_at("to_world", "to_world scales or shears; an opencv sensor can only be moved and turned");
+  check_distortion(properties, sensor);
 }
 
 void parse_clips(Properties& properties, Sensor& sensor) {
@@ -245,6 +298,7 @@ void read_sensor(Builder& builder, const Element& element, const Shape* on) {
                            : properties.title() + " belongs into the <shape> on which it lies");
 
   if (const Element* film = properties.object("film")) build_film(builder, *film, sensor);
+  const FilmSize own_film{sensor.width, sensor.height};
   if (builder.film_size) resize(sensor, *builder.film_size);
   if (const Element* sampler = properties.object("sampler")) build_sampler(builder, *sampler, sensor);
   if (const Element* medium = properties.object("medium")) sensor.medium = build_medium(builder, *medium);
@@ -259,8 +313,10 @@ void read_sensor(Builder& builder, const Element& element, const Shape* on) {
   } else {
     sensor.to_world = properties.transform("to_world");
   }
-  if (type == "perspective" || type == "thinlens" || type == "orthographic") parse_clips(properties, sensor);
+  if (type == "perspective" || type == "opencv" || type == "thinlens" || type == "orthographic")
+    parse_clips(properties, sensor);
   if (type == "perspective" || type == "thinlens") parse_perspective(properties, sensor);
+  if (type == "opencv") parse_opencv(properties, own_film, sensor);
   if (type == "thinlens") parse_lens(properties, sensor);
   if (type == "orthographic" || type == "radiancemeter") sensor.kind = Sensor::Kind::orthographic;
   if (type == "radiancemeter") parse_radiancemeter(properties, sensor);

@@ -58,7 +58,7 @@ struct LoadedMesh {
   bool lacks_normals = false, flip = false;
 };
 
-// Of a file whose mesh is so far from its origin that single precision has lost its shape.
+// Warns of a file whose mesh is so far from its origin that single precision has lost its shape, or refuses it.
 void check_rounding(Builder& builder, Properties& properties, const std::string& file, const PlacedMesh& mesh) {
   if (mesh.rounding < loss_said_from) return;
   const std::string what = fmt::format(
@@ -128,7 +128,7 @@ LoadedMesh load_curves(Properties& properties) {
   return {std::move(mesh), false, false};
 }
 
-// What the file's values, which fill the unit cube from face to face, are 0 on.
+// Mesh of the zero set of the file's values, which fill the unit cube from face to face.
 LoadedMesh load_level_set(Properties& properties) {
   const std::string file = properties.file("filename");
   const bool smooth = properties.choice("normals", {"smooth", "analytic"}) == "smooth";
@@ -284,7 +284,7 @@ bool winds_against_normals(const Mesh& mesh) {
   return sum < 0;
 }
 
-// A closed surface with its normals inside, and a medium that would be outside of it, is turned around.
+// Flips a closed surface whose normals point inside, and whose medium would be outside.
 void turn_out(Builder& builder, Shape& shape, LoadedMesh& loaded, Topology& found, const std::string& title) {
   if (shape.interior < 0) return;  // as in Mitsuba: the exterior is where the normals point
   if (shape.kind == Shape::Kind::sphere && shape.flip_normals) {
@@ -306,8 +306,8 @@ bool is_opaque(const Builder& builder, const Shape& shape) {
   return bsdf && (bsdf->traits & (BSDF_TRANSMITS | BSDF_PASSES)) == 0;
 }
 
-// A medium must not leak: small faults are mended, others refused. Glass alone refracts at each hit by itself, so that
-// a pane of it is no more than suspicious.
+// A medium must not leak: small defects of the mesh are repaired, others refused. Glass alone refracts at each hit by
+// itself, so that a pane of it is no more than suspicious.
 void check_boundary(Builder& builder, Shape& shape, LoadedMesh& loaded, const std::string& title) {
   const bool is_mesh = shape.kind == Shape::Kind::mesh;
   if (shape.interior == shape.exterior) {
@@ -330,8 +330,8 @@ void check_boundary(Builder& builder, Shape& shape, LoadedMesh& loaded, const st
   if (const std::string fault = is_mesh ? fault_of(closing.left, loaded.mesh.origin) : fault_of(shape);
       !fault.empty()) {
     const std::string what = title + " bounds a medium but " + fault;
-    if (!builder.open) fail(shape.where, what + "; or render it as it is with --open");
-    builder.warn(shape.where, what + "; rendered as it is (--open)");
+    if (!builder.open) fail(shape.where, what + "; or render it as it is (open)");
+    builder.warn(shape.where, what + "; rendered as it is (open)");
   } else if (closing.changes_mesh()) {
     builder.warn(shape.where, title + " bounds a medium and was not closed: " + closing.summary());
   }
@@ -346,7 +346,7 @@ PlacedMesh finish_mesh(Builder& builder, Properties& properties, LoadedMesh load
   return std::move(loaded.mesh);
 }
 
-// What a texture shows of a mesh must be there, with as many channels as the parameter, within its range.
+// A mesh attribute that a texture refers to must exist, with as many channels as the parameter, within its range.
 void check_attribute(Builder& builder, const Texture& texture, const DeclaredParameter& p, const Shape& shape,
                      const Mesh& mesh, const std::string& title) {
   const MeshAttribute* attribute = mesh.attribute(texture.attribute);
@@ -477,7 +477,7 @@ PlacedMesh bent_round_mesh(Builder& builder, const Shape& shape, const Transform
 
 namespace {
 
-// What a small file may become.
+// Warns where a small file becomes a large mesh.
 void warn_of_many_triangles(Builder& builder, const Properties& properties, const Mesh& mesh) {
   constexpr std::size_t many = 2'000'000;
   constexpr double bytes_a_triangle = 450;
@@ -489,7 +489,7 @@ void warn_of_many_triangles(Builder& builder, const Properties& properties, cons
                              properties.title(), 1e-6 * triangles, 1e-9 * bytes_a_triangle * triangles));
 }
 
-// Where a shape is. Returns the mesh of those that are one.
+// Reads the geometry of a shape. Returns its mesh if it is one.
 LoadedMesh read_geometry(Builder& builder, Properties& properties, Shape& shape) {
   LoadedMesh loaded;
   const std::string& type = properties.type();

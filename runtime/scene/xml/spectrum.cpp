@@ -6,7 +6,7 @@
 #include <cmath>
 #include <sstream>
 
-#include "runtime/base/file.h"
+#include "itn/file.h"
 #include "runtime/scene/xml/cie.h"
 #include "runtime/scene/xml/message.h"
 #include "runtime/scene/xml/values.h"

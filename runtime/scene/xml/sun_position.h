@@ -1,6 +1,6 @@
-// Where the sun stands at a place and time.
+// Direction of the sun at a place and time.
 #pragma once
-#include "runtime/scene/scene.h"
+#include "itn/scene.h"
 
 namespace itn {
 

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "runtime/image/bitmap.h"
+#include "itn/bitmap.h"
 #include "runtime/scene/volume/packed_voxels.h"
 #include "runtime/scene/xml/builder.h"
 #include "runtime/scene/xml/message.h"
@@ -68,7 +68,7 @@ void read_mesh_attribute(Properties& properties, Texture& texture) {
   texture.scale = properties.number("scale", 1);
 }
 
-// What a grid has at each place of the surface. Of a constant it is a grid of one voxel.
+// Reads the volume that a texture samples at each place of the surface. A constant becomes a grid of one voxel.
 void read_shown_volume(Builder& builder, Properties& properties, Texture& texture) {
   const Element* element = properties.object("volume");
   if (!element) properties.fail_at("volume", "no <volume>; need one nested <volume name=\"volume\">");

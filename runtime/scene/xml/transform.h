@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "runtime/scene/scene.h"
+#include "itn/scene.h"
 #include "runtime/scene/xml/document.h"
 
 namespace itn {

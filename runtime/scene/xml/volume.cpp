@@ -6,8 +6,8 @@
 #include <cmath>
 #include <utility>
 
-#include "runtime/base/colour.h"
-#include "runtime/base/error.h"
+#include "itn/colour.h"
+#include "itn/error.h"
 #include "runtime/scene/transform.h"
 #include "runtime/scene/volume/openvdb_file.h"
 #include "runtime/scene/volume/packed_voxels.h"
@@ -101,7 +101,7 @@ void load_picture(Builder& builder, Properties& properties, VoxelValues allowed,
                                                         : Volume::Wrap::clamp;
 }
 
-// Ours: at each place what a picture on a mesh shows at the nearest point of that.
+// Ours: the picture's value at the point of a mesh that is nearest to each place.
 void load_surface(Builder& builder, Properties& properties, VoxelValues allowed, Volume& volume) {
   const Texture texture = nested_picture(builder, properties, allowed);
   const Element* shape = properties.object("shape");
@@ -117,7 +117,7 @@ void load_surface(Builder& builder, Properties& properties, VoxelValues allowed,
   volume.to_world = translate(mesh.origin) * volume.to_world;
 }
 
-// How places between voxels are interpolated, and beyond them.
+// Reads the interpolation between voxels, and the rule for places beyond them.
 void read_lookup(Properties& properties, Volume& volume) {
   volume.nearest = properties.choice("filter_type", {"trilinear", "nearest"}) == "nearest";
   const std::string wrap = properties.choice("wrap_mode", {"clamp", "repeat", "mirror"});
@@ -151,7 +151,7 @@ Volume read_volume(Builder& builder, const Element& element, VoxelValues allowed
   read_lookup(properties, volume);
   if (!is_openvdb && properties.boolean("use_grid_bbox", false))
     volume.to_world = volume.to_world * box_of_file(properties, *volume.grid);
-  // How Mitsuba converts, stores and samples it: they change no value of an RGB render.
+  // Settings of Mitsuba's conversion, storage and sampling: they change no value of an RGB render.
   properties.boolean("raw", false);
   properties.boolean("accel", true);
   properties.number("max_value", 0);

@@ -1,7 +1,7 @@
 // A user of the network alone: the network that ships with the library sees an image, without OpenCL.
-#include <network/model/loss.h>
-#include <network/model/network_file.h>
-#include <network/model/shipped.h>
+#include <itn/loss.h>
+#include <itn/network_file.h>
+#include <itn/shipped.h>
 
 #ifdef CL_VERSION_1_0
 #error "itn::network brings OpenCL along"

@@ -2,8 +2,8 @@
 
 #include <cmath>
 
+#include "itn/parameters.h"
 #include "runtime/base/statistics.h"
-#include "runtime/scene/parameters.h"
 
 namespace itn {
 namespace {

@@ -3,7 +3,7 @@
 #include <array>
 #include <string>
 
-#include "runtime/render/renderer.h"
+#include "itn/renderer.h"
 #include "tools/itn/bench/mitsuba_peer.h"
 
 namespace itn {

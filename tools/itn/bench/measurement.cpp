@@ -2,9 +2,9 @@
 
 #include <cmath>
 
+#include "itn/load_scene.h"
+#include "itn/renderer.h"
 #include "runtime/base/statistics.h"
-#include "runtime/render/renderer.h"
-#include "runtime/scene/load.h"
 
 namespace itn {
 

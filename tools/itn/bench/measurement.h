@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "runtime/render/device/device.h"
+#include "itn/device.h"
 #include "tools/itn/bench/mitsuba_peer.h"
 #include "tools/itn/bench/scenes.h"
 

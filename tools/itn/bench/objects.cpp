@@ -10,9 +10,9 @@
 #include <numbers>
 #include <vector>
 
-#include "runtime/base/file.h"
+#include "itn/exr.h"
+#include "itn/file.h"
 #include "runtime/base/parallel.h"
-#include "runtime/image/exr.h"
 
 namespace itn {
 namespace {

@@ -2,7 +2,7 @@
 
 #include <fmt/format.h>
 
-#include "runtime/base/file.h"
+#include "itn/file.h"
 #include "tools/itn/bench/objects.h"
 #include "tools/itn/bench/scene_xml.h"
 

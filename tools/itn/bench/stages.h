@@ -3,9 +3,9 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
-#include "runtime/render/device/device.h"
-#include "runtime/render/renderer.h"
-#include "runtime/scene/scene.h"
+#include "itn/device.h"
+#include "itn/renderer.h"
+#include "itn/scene.h"
 
 namespace itn {
 

@@ -2,7 +2,7 @@
 // other on a textured floor, and a room of textures that are differentiated by.
 #include <fmt/format.h>
 
-#include "runtime/base/file.h"
+#include "itn/file.h"
 #include "tools/itn/bench/objects.h"
 #include "tools/itn/bench/scene_xml.h"
 #include "tools/itn/bench/scenes.h"

@@ -2,9 +2,9 @@
 
 #include <cmath>
 
+#include "itn/gradient_renderer.h"
+#include "itn/parameters.h"
 #include "runtime/base/statistics.h"
-#include "runtime/render/gradient_renderer.h"
-#include "runtime/scene/parameters.h"
 
 namespace itn {
 namespace {

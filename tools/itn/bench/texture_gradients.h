@@ -2,7 +2,7 @@
 #pragma once
 #include <string>
 
-#include "runtime/render/renderer.h"
+#include "itn/renderer.h"
 #include "tools/itn/bench/mitsuba_peer.h"
 
 namespace itn {

@@ -1,6 +1,6 @@
 #include <numbers>
 
-#include "runtime/base/colour.h"
+#include "itn/colour.h"
 #include "runtime/render/compile/environment/fill.h"
 
 namespace itn {

@@ -2,7 +2,7 @@
 #include <limits>
 #include <numbers>
 
-#include "runtime/base/colour.h"
+#include "itn/colour.h"
 #include "runtime/render/compile/environment/fill.h"
 
 namespace itn {

@@ -1,13 +1,13 @@
-// What each environment of kernels/model/environment/list.h makes of the scene's light for the device, and what their
-// files share.
+// Functions that each environment of kernels/model/environment/list.h has to fill the device's records of the scene's
+// light, and helpers that their files share.
 #pragma once
 #include <fmt/core.h>
 
 #include <cmath>
 #include <vector>
 
+#include "itn/error.h"
 #include "kernels/model/models.h"
-#include "runtime/base/error.h"
 #include "runtime/render/compile/environment.h"
 
 namespace itn {

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <numbers>
 
-#include "runtime/base/colour.h"
+#include "itn/colour.h"
 #include "runtime/render/compile/environment/fill.h"
 #include "runtime/scene/model/sized_model.h"
 

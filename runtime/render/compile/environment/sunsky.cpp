@@ -2,7 +2,7 @@
 #include <numbers>
 #include <stdexcept>
 
-#include "runtime/base/colour.h"
+#include "itn/colour.h"
 #include "runtime/render/compile/environment/fill.h"
 #include "runtime/scene/sky/hosek_wilkie.h"
 
@@ -31,7 +31,7 @@ void check(const Environment& environment) {
 
 float to_float(double x) { return static_cast<float>(x); }
 
-// What the light of a clear sky is made of.
+// Fills the coefficients of a clear sky and the radiance of its sun.
 void set_radiance(const ClearSky& sky, EnvironmentRecord& record, std::vector<float>& tables) {
   for (std::size_t c = 0; c < 3; ++c) {
     std::transform(sky.sky[c].begin(), sky.sky[c].end(), record.sky + c * SKY_COEFFICIENTS, to_float);

@@ -1,9 +1,0 @@
-// Which version this is: part of what results depend on.
-#pragma once
-
-namespace itn {
-
-// For instance "0.2.0".
-const char* version();
-
-}  // namespace itn
