@@ -24,10 +24,10 @@ enum { STREAM_CHOICE = 0x81 }; /* of a path's first event: which of its flights 
 #define FIRST_VOXEL_NUMBER (FIRST_LIGHT_NUMBER + LIGHT_NUMBERS * RADIANCE_CHANNELS)
 #define SUMS_OF_A_SET (FIRST_VOXEL_NUMBER + VOXEL_SUMS * RADIANCE_CHANNELS + 1) /* the last: what was lost */
 
-/* Which slots of models are summed: known when the program is built. */
+/* The slots of models that are summed are known when the program is built. */
 __constant SumRecord summed[SUMS + 1] = {SUM_RECORDS};
 
-/* What the events of one stage add to numbers. */
+/* The contributions of one stage's events to the gradient by numbers. */
 typedef struct {
   REAL weight[RADIANCE_CHANNELS];   /* pull times what is still to be gathered */
   REAL expected[RADIANCE_CHANNELS]; /* pull times what was expected of the decision that the event is */
@@ -49,8 +49,8 @@ INLINE Pulled pulled(const REAL weight[]) {
   return p;
 }
 
-/* What is gathered from here on, less roulette's baselines from here on. baseline: those so far, a throughput channel
- * each */
+/* Weighs scores by what the path gathers from here on, less roulette's baselines from here on. baseline: those so
+ * far, a throughput channel each */
 INLINE void pull_by_rest(Pulled* p, __global const JobRecord* job, const Pool* pool, INT slots, const REAL baseline[]) {
   UNROLL_FOR(int c = 0; c < RADIANCE_CHANNELS; ++c) {
     REAL rest = LOAD(pool, TOTAL + c, slots) - LOAD(pool, RADIANCE + c, slots);
@@ -159,7 +159,7 @@ INLINE uint add_to_heights(const Launch* launch, int number, TexturePlace place,
   return lost;
 }
 
-/* What was pulled for the number whose first slot is `texels`, by channel or by component. */
+/* Computes what was pulled for the number whose first slot is `texels`, by channel or by component. */
 INLINE void pulled_for_number(const Pulled* p, int model, int texels, LongLanes sum[TEXEL_CHANNELS]) {
   const int role = role_of(model, texels);
   const bool direction = role == ROLE_NORMAL || role == ROLE_BUMP;
@@ -197,8 +197,8 @@ INLINE void add_pulled_to_texels(const Launch* launch, uint bits, const Pulled* 
 }
 #endif
 
-/* What was pulled for the numbers of a model, to the sums of each lane's instance, which begins at first. uv: where its
- * textures were looked up; null: it has none. */
+/* Adds what was pulled for the numbers of a model to the sums of each lane's instance, which begins at first. uv:
+ * where its textures were looked up; null: it has none. */
 INLINE void add_pulled(const Launch* launch, __global const JobRecord* job, const Pool* pool, INT slots, MASK mask,
                        const Pulled* p, int model, INT first, const REAL uv[]) {
   Lanes at;
@@ -217,8 +217,8 @@ INLINE void add_pulled(const Launch* launch, __global const JobRecord* job, cons
   add_lost(launch, mask & p->beyond);
 }
 
-/* Of the light, whose derivative is a factor of what a path gathers beside it: change of the radiance by the logarithm
- * of parameter p. */
+/* Adds the gradient by the light, whose derivative is a factor of what a path gathers beside it. change: of the
+ * radiance by the logarithm of parameter p */
 INLINE void pull_light(const Launch* launch, __global const JobRecord* job, const Pool* pool, INT slots, MASK mask,
                        int p, const REAL change[RADIANCE_CHANNELS]) {
   const INT first = gradient_set(job, pool, slots) * SUMS_OF_A_SET + FIRST_LIGHT_NUMBER + p * RADIANCE_CHANNELS;

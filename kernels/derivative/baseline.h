@@ -35,7 +35,7 @@ INLINE void store_baseline(const Pool* pool, INT slots, const Baseline* b) {
   UNROLL_FOR(int i = 0; i < BASELINE_SCORES * THROUGHPUT_CHANNELS; ++i) STORE(pool, BASELINE + i, slots, b->of[i]);
 }
 
-/* Where a path is below the nearest surface. */
+/* The place of a path below the nearest surface. */
 typedef struct {
   REAL3 normal; /* of the surface, unit, a guess */
   INT row;      /* of the table, by depth */
@@ -70,7 +70,7 @@ __attribute__((always_inline)) INLINE void expected_future(const Launch* launch,
 }
 
 #if ADJOINT
-/* What a decision's score meets. weight: throughput with all its factors */
+/* Sets what a decision's score meets. weight: throughput with all its factors */
 INLINE void expect(Pulled* p, __global const JobRecord* job, const Pool* pool, INT slots, const Baseline* b,
                    const REAL weight[], const REAL v[]) {
   if (job->replay != REPLAY_SUMS) return;
@@ -130,7 +130,7 @@ INLINE void add_turn(__global const JobRecord* job, Scores* scores, Baseline* b,
   add_scores(job, scores, model, n, step, true);
 }
 
-/* What a surface's BSDF has decided, to the baseline. step: of the decision's density */
+/* Adds what a surface's BSDF has decided to the baseline. step: of the decision's density */
 INLINE void add_lobe(__global const JobRecord* job, const Pool* pool, INT slots, Scores* scores, int model,
                      const REAL n[], const Step* step, const REAL weight[], const REAL v[]) {
 #if BASELINES

@@ -19,7 +19,7 @@
 #include "shared/knee.h"
 
 #if VOXEL_SUMS
-/* Of a field of extinctions: below, probes take part. sigma_t: what the field is times; any is right. Measured:
+/* The extinction of a field below which probes take part. sigma_t: a factor of the field; any is right. Measured:
  * tools/lab/voxel_estimators.cpp */
 INLINE REAL knee_of(__global const FieldRecord* field, REAL sigma_t) {
   const float size =
@@ -48,8 +48,8 @@ INLINE Voxels voxels_at(__global const FieldRecord* field, REAL3 p) {
   return v;
 }
 
-/* What the field's value at a place is pulled by, in each channel of the radiance: to the sums of its voxels, and to
- * that of them all, in the set of each path's pixel. */
+/* Adds what the field's value at a place is pulled by, in each channel of the radiance, to the sums of its voxels
+ * and to that of them all, in the set of each path's pixel. */
 INLINE void add_to_voxels(const Launch* launch, __global const JobRecord* job, const Pool* pool, INT slots, MASK mask,
                           __global const FieldRecord* field, REAL3 place, const REAL x[RADIANCE_CHANNELS]) {
   const Voxels v = voxels_at(field, place);

@@ -10,8 +10,8 @@
 #include "scattering/phase_score.h"
 #include "geometry/surface_frame.h"
 
-/* Where a connection begins, and the factors that its own path has there: a passage through a medium, a change of direction
- * by its phase function, a surface. Those of which `medium`, `phase` or `surface` is null are not there. */
+/* The beginning of a connection, and the factors that its own path has there: a passage through a medium, a change
+ * of direction by its phase function, a surface. A factor with a null `medium`, `phase` or `surface` is absent. */
 typedef struct {
   const Medium* medium;
   REAL passage[FIELD_CHANNELS]; /* thickness */
@@ -86,7 +86,7 @@ INLINE void pull_connection(const Launch* launch, __global const JobRecord* job,
 #define PASSAGES SCORES
 #endif
 
-/* What lies between the connection and the light. */
+/* Everything that lies between the connection and the light. */
 typedef struct {
   Lanes depth[THROUGHPUT_CHANNELS]; /* optical */
 #if HAS_FIELDS
@@ -184,7 +184,7 @@ INLINE float pass_boundary(__global const PrimitiveRecord* primitive, float3 d, 
   return facing;
 }
 
-/* Where connections are on their way. */
+/* The state of connections on their way. */
 typedef struct {
   Lanes x, y, z, dx, dy, dz; /* d: direction */
   Lanes left;                /* distance to the light */
@@ -245,7 +245,7 @@ INLINE bool follow_lane(const Launch* launch, __global const JobRecord* job, Fol
 }
 
 #if HAS_PASSAGES
-/* Where connections meet structures that let a share of the light pass straight on. */
+/* The places where connections meet structures that let a share of the light pass straight on. */
 typedef struct {
   INT surface, first; /* of the program; of the numbers */
   REAL3 wi; /* as paths see it that come from the light's side or from the other: shares are the same for both */
@@ -273,8 +273,8 @@ INLINE Passage find_passage(const Launch* launch, __global const JobRecord* job,
   return p;
 }
 
-/* What the lanes at structures of one kind pass on: their share, and their scores. pulled: of a replay, what they weigh; else
- * null. */
+/* Computes what the lanes at structures of one kind pass on: their share, and their scores. pulled: of a replay,
+ * what they weigh; else null. */
 INLINE void pass_structure(int surface, int model, const Launch* launch, __global const JobRecord* job,
                            const Pool* pool, INT slots, const Passage* p, const REAL pulled_weight[], Obstacles* way,
                            REAL* share) {
@@ -314,7 +314,7 @@ INLINE Obstacles no_obstacles() {
   return way;
 }
 
-/* What structures that connections meet pass on. Returns the lanes in which something passes. */
+/* Computes what structures that connections meet pass on. Returns the lanes in which something passes. */
 INLINE uint pass_structures(const Launch* launch, __global const JobRecord* job, const Pool* pool, INT slots, MASK mask,
                             const LaneHits* hits, REAL3 to, const REAL pulled_weight[], Obstacles* way) {
 #if HAS_PASSAGES

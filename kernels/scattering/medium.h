@@ -208,8 +208,8 @@ INLINE void medium_dimming(const Launch* launch, const Medium* medium, const Ran
 #endif
 }
 
-/* What a way of that thickness adds to the scores of a medium, of the lanes whose medium is of the model: `meets`: it reaches
- * a surface or a light, `scatters`: it ends in a scattering. */
+/* Adds a way of that thickness to the scores of a medium, in the lanes whose medium is of the model. `meets`: the way
+ * reaches a surface or a light; `scatters`: it ends in a scattering. */
 #define ADD_WAY(event, mask)                                                   \
   {                                                                            \
     REAL d[MOST_SLOTS * CHANNELS];                                             \
@@ -319,7 +319,7 @@ INLINE void sum_albedo_by_voxels(const Launch* launch, __global const JobRecord*
 }
 #endif
 
-/* What a passage adds to carried[k], which is one: the same whatever sigma_t is. */
+/* The score that a passage adds to carried[k], a score of passages: it is the same whatever sigma_t is. */
 INLINE REAL score_of_passage(int k, REAL thickness) {
   REAL d[MOST_SLOTS * CHANNELS], ones[MOST_SLOTS];
   UNROLL_FOR(int i = 0; i < MOST_SLOTS; ++i) ones[i] = (REAL)(1.0f);

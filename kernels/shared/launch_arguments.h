@@ -1,5 +1,6 @@
-/* What every kernel of the wavefront gets of the scene, in the order of its arguments: ARGUMENT(type, name), global
- * arrays. Kernels, the struct that stages read (path/launch.h) and the host (runtime/render/wavefront) expand this one list. */
+/* The arguments by which every kernel of the wavefront gets the scene, in their order: ARGUMENT(type,
+ * name), global arrays. Kernels, the struct that stages read (path/launch.h) and the host (runtime/render/wavefront)
+ * expand this one list. */
 #ifndef ITN_LAUNCH_ARGUMENTS_H
 #define ITN_LAUNCH_ARGUMENTS_H
 

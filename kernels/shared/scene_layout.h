@@ -1,5 +1,5 @@
-/* What the device knows of a scene beside geometry (geometry_layout.h) and light (environment_layout.h): plain records, the
- * same bytes on host and device. Indices are absolute positions in the arrays of a launch, which may hold several
+/* The device's records of a scene beside geometry (geometry_layout.h) and light (environment_layout.h): plain, the same
+ * bytes on host and device. Indices are absolute positions in the arrays of a launch, which may hold several
  * scenes. */
 #ifndef ITN_SCENE_LAYOUT_H
 #define ITN_SCENE_LAYOUT_H

@@ -100,7 +100,7 @@ INLINE MASK rival_densities(const Launch* launch, __global const JobRecord* job,
 #endif
 }
 
-/* What the path's light is multiplied by. */
+/* Computes the factors by which the path's light is multiplied. */
 INLINE void path_weight(const Pool* pool, INT slots, REAL factor[RADIANCE_CHANNELS]) {
   REAL weight[3];
   channel_weights(pool, slots, LOAD(pool, REFRACTION_SCALE, slots), weight);

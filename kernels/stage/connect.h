@@ -34,7 +34,7 @@ INLINE LitVertex load_lit_vertex(const Launch* launch, const Pool* pool, INT slo
 }
 
 #if REFRACTED_CONNECTIONS
-/* Where a connection leaves the medium through a rough boundary. */
+/* The place where a connection leaves the medium through a rough boundary. */
 typedef struct {
   LaneHits hits;
   INT primitive, first_number, exterior, surface;
@@ -108,7 +108,7 @@ INLINE MASK take_aimed(const Launch* launch, __global const JobRecord* job, cons
   return aimed;
 }
 
-/* What the light that was aimed at brings to the exit. u: with which it was drawn */
+/* Computes what the light that was aimed at brings to the exit. u: the numbers with which it was drawn */
 INLINE void light_exit(const Launch* launch, __global const JobRecord* job, MASK aimed, const REAL u[], Exit* e,
                        LightSample* light) {
   const INT index = SELECT_INT(aimed, light->source.index, job->first_light);
@@ -127,7 +127,7 @@ INLINE void light_exit(const Launch* launch, __global const JobRecord* job, MASK
 }
 #endif
 
-/* What an exit through surfaces of one BSDF brings. */
+/* Connects with light through the exits at surfaces of one BSDF. */
 INLINE void connect_through(int surface, int model, int variant, const Launch* launch, __global const JobRecord* job,
                             Pool* pool, INT slots, const Random* random, const LitVertex* x, const Exit* e,
                             const LightSample* sample, const Scores* scores) {

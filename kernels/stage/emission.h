@@ -1,4 +1,4 @@
-/* What the surface that a path has arrived at shines, where it is a light. */
+/* The emission of the surface that a path has arrived at, where it is a light. */
 #ifndef ITN_STAGE_EMISSION_H
 #define ITN_STAGE_EMISSION_H
 #include "path/spectral.h"

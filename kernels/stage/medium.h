@@ -248,7 +248,7 @@ INLINE void land(const Launch* launch, __global const JobRecord* job, Pool* pool
 }
 #endif
 
-/* What a scattering leaves of the light, a throughput channel each. */
+/* Computes the share of the light that a scattering leaves, a throughput channel each. */
 INLINE void albedo_of_scattering(const Launch* launch, __global const JobRecord* job, Pool* pool, INT slots, Walk* w,
                                  const Event* e, REAL albedo[]) {
   medium_albedo(launch, &w->medium, w->position, e->scatters, albedo);
@@ -296,7 +296,7 @@ INLINE void survive(const Launch* launch, __global const JobRecord* job, Pool* p
 }
 
 #if MEDIUM_LIGHT_SAMPLING
-/* Who connects with light before going on. u[2] decides; what is left of it is uniform again. */
+/* Chooses the lanes that connect with light before going on. u[2] decides; what is left of it is uniform again. */
 INLINE MASK choose_connections(const Launch* launch, __global const JobRecord* job, Walk* w, REAL u[4]) {
   const REAL expected =
       connection_chance(launch, job, w->index * (int)(sizeof(MediumRecord) / sizeof(float)), &w->cell, w->direction,

@@ -14,7 +14,7 @@ INLINE void begin_segment(Pool* pool, INT slots, REAL3 position, REAL rival, MAS
 }
 
 #if HAS_FAR_CLIP
-/* How far a ray sees that has just left the camera; others see without end. */
+/* The distance up to which a ray sees that has just left the camera; others see without end. */
 INLINE REAL ray_end(const Launch* launch, __global const JobRecord* job, REAL3 direction, MASK first) {
   __global const float* clip = launch->cameras[job->camera].clip;
   return SELECT(first,
@@ -23,7 +23,7 @@ INLINE REAL ray_end(const Launch* launch, __global const JobRecord* job, REAL3 d
 }
 #endif
 
-/* Where the rays have led. */
+/* Stores where the rays have led. */
 INLINE void arrive(const Launch* launch, __global const JobRecord* job, Pool* pool, INT slots, MASK valid,
                    const LaneHits* hits) {
   MASK hit = valid & (hits->primitive.integer >= 0);

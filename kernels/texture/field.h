@@ -34,7 +34,7 @@ INLINE MASK next_field(const Launch* launch, INT index, uint* left, __global con
   return here;
 }
 
-/* Of a place along one axis of n voxels: the index of a voxel, wrapped. Finite for any i. */
+/* Wraps the index of a voxel along an axis of n voxels. Finite for any i. */
 INLINE INT wrapped(int wrap, INT i, int n) {
   if (wrap == TEXTURE_CLAMP) return clamp(i, (INT)(0), (INT)(n - 1));
   const int period = wrap == TEXTURE_MIRROR ? 2 * n : n;
@@ -55,7 +55,7 @@ INLINE void neighbours(__global const FieldRecord* field, int axis, REAL3 p, INT
 
 INLINE REAL mixed(REAL a, REAL b, REAL share) { return a + share * (b - a); }
 
-/* Where the voxel at x, y, z is stored, in voxels. */
+/* The place where the voxel at x, y, z is stored, in voxels. */
 INLINE INT voxel_index(const Launch* launch, __global const FieldRecord* field, INT x, INT y, INT z) {
 #if PACKED_FIELDS
   if (field->first_brick >= 0) {
@@ -124,7 +124,7 @@ INLINE void load_cell(const Launch* launch, __global const FieldRecord* field, W
   w->least = GATHER((cells + 1), 2 * cell);
 }
 
-/* Of a direction: no component is 0, so that distances to walls are finite. */
+/* The components of a direction; none is 0, so that distances to walls are finite. */
 INLINE void components(REAL3 d, REAL of[3]) {
   of[0] = d.x;
   of[1] = d.y;
@@ -159,7 +159,7 @@ INLINE Way enter_field(const Launch* launch, __global const FieldRecord* field, 
   return w;
 }
 
-/* Where the way leaves its cell. */
+/* The distance at which the way leaves its cell. */
 INLINE REAL end_of_cell(const Way* w) { return MAX(w->at, MIN(w->end, MIN(w->next[0], MIN(w->next[1], w->next[2])))); }
 
 /* The lanes in `moves` step to the next cell, or end their way. */
