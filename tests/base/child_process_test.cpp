@@ -1,4 +1,4 @@
-// What happens to work in a child process stays there.
+// Work in a child process leaves no trace outside of it.
 #include "runtime/base/child_process.h"
 
 #include <atomic>

@@ -1,4 +1,4 @@
-// What the same paths show with other albedos of the medium.
+// Images of the same paths with other albedos of the medium.
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
@@ -42,7 +42,7 @@ Rendering rendering_of(const Scene& scene, const std::vector<Rgb>& others, std::
   return renderer.render({{&scene, geometry, seed, 0, others}}, spp).front();
 }
 
-// Of all pixels that vary, and of the means over the image.
+// The z-scores of all pixels that vary, and of the means over the image.
 std::vector<double> z_scores(const Image& a, const Image& b) {
   std::vector<double> z;
   for (std::size_t i = 0; i < a.mean.size(); ++i)

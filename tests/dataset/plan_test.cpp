@@ -1,4 +1,4 @@
-// What a data set is asked for with, and the plan that follows from it.
+// The request of a data set, and the plan that follows from it.
 #include "network/dataset/plan.h"
 
 #include <algorithm>

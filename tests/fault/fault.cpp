@@ -72,7 +72,7 @@ bool is_in_folder(const char* path) {
   return std::strncmp(whole.data(), plan().folder, length) == 0 && (whole[length] == '/' || whole[length] == '\0');
 }
 
-// Which descriptors are open files of the folder.
+// The descriptors that are open files of the folder.
 std::array<std::atomic<bool>, 4096> is_open{};
 
 bool is_tracked(int file) {
@@ -239,7 +239,7 @@ void* allocated(std::size_t size, const void* caller) {
 
 extern "C" {
 
-// What the C library's start-up code calls.
+// The C library's start-up code calls this.
 int __libc_start_main(Main* main, int argc, char** argv, void (*init)(), void (*fini)(), void (*at_exit)(),
                       void* stack_end) {
   real_main = main;

@@ -17,7 +17,7 @@ double spot(double x, double y, const Eigen::VectorXd& t) {
   return 0.2 + (1 + 0.3 * t[1] + 0.1 * t[0] * t[0]) * std::exp(-(x * x + y * y) / (2 * width * width));
 }
 
-// How the truth lies among the samples of many posteriors: simulation-based calibration (Talts et al. 2018).
+// Ranks of the truth among the samples of many posteriors: simulation-based calibration (Talts et al. 2018).
 struct RankCounts {
   static constexpr int bins = 5;
   int photos = 0, settled = 0, joint = 0;

@@ -78,7 +78,7 @@ std::vector<Sample> sample(const Scene& scene, const Vec3& from, int width) {
   return result;
 }
 
-// Where a point of the shape lies in [0, 1)^2, to which area is proportional.
+// Maps a point of the shape to [0, 1)^2, in proportion to area.
 using Chart = Point (*)(const Vec3&);
 
 double turn(double y, double x) {
@@ -100,7 +100,7 @@ Shape round_shape(Shape::Kind kind) {
   return shape;
 }
 
-// Of a rectangle of half sizes a and b, from the distance d over its middle.
+// The solid angle of a rectangle of half sizes a and b, from the distance d over its middle.
 double solid_angle_of_rectangle(double a, double b, double d) {
   return 4 * std::asin(a * b / std::sqrt((a * a + d * d) * (b * b + d * d)));
 }

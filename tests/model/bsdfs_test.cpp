@@ -1,4 +1,4 @@
-// What every BSDF of kernels/model/bsdf/list.h must be, in every variant: sampled in proportion to its density, a
+// Promises of every BSDF of kernels/model/bsdf/list.h, in every variant: sampled in proportion to its density, a
 // sample's weight its value over its density, no more light given back than arrives. A new one needs no test of its own
 // for these.
 #include <algorithm>
@@ -52,14 +52,14 @@ std::vector<BsdfUnderTest> all_bsdfs() {
   return all;
 }
 
-// Those that draw directions.
+// The BSDFs that draw directions.
 std::vector<BsdfUnderTest> drawing_bsdfs() {
   std::vector<BsdfUnderTest> all = all_bsdfs();
   std::erase_if(all, [](const BsdfUnderTest& b) { return b.model->traits & BSDF_SMOOTH; });
   return all;
 }
 
-// Those that choose some, or all.
+// The BSDFs that choose some directions, or all.
 std::vector<BsdfUnderTest> choosing_bsdfs() {
   std::vector<BsdfUnderTest> all = all_bsdfs();
   std::erase_if(all, [](const BsdfUnderTest& b) { return !(b.model->traits & (BSDF_SMOOTH | BSDF_PARTLY_SMOOTH)); });

@@ -1,4 +1,4 @@
-// What every phase function of kernels/model/phase/list.h must be: normalised, with the mean cosine that it says,
+// Promises of every phase function of kernels/model/phase/list.h: normalised, with the mean cosine that it says,
 // sampled in proportion to itself. A new one needs no test of its own for these.
 #include <algorithm>
 #include <catch2/catch.hpp>

@@ -1,4 +1,4 @@
-// What only Rayleigh's phase function promises; norm, mean cosine and chi-square are in phase_functions_test.cpp.
+// Promises of Rayleigh's phase function alone; norm, mean cosine and chi-square are in phase_functions_test.cpp.
 #include <catch2/catch.hpp>
 
 #include "../support/lane_function.h"

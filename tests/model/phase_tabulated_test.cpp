@@ -1,4 +1,4 @@
-// What only the tabulated phase function promises: it is in proportion to its table, of any number of values, also
+// Promises of the tabulated phase function alone: it is in proportion to its table, of any number of values, also
 // where some are 0, and its samples follow it.
 #include <algorithm>
 #include <catch2/catch.hpp>

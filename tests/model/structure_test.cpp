@@ -1,5 +1,5 @@
-// What XML nests around BSDFs, as one BSDF: sampled in proportion to its density, a sample's weight its value over its
-// density, on the device as in double precision, and differentiated as the sum that it is.
+// Elements that XML nests around BSDFs, as one BSDF: sampled in proportion to its density, a sample's weight its value
+// over its density, on the device as in double precision, and differentiated as the sum that it is.
 #include "runtime/scene/model/structure.h"
 
 #include <algorithm>

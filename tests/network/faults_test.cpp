@@ -67,7 +67,7 @@ const Fault& named(const std::string& name) {
   return *found;
 }
 
-// Of a square object, with another flash.
+// Photographs of a square object, with another flash.
 Photographs others() {
   Photographs p = spot();
   std::fill(p.flash.begin(), p.flash.end(), 1.0F);
@@ -184,7 +184,7 @@ TEST_CASE("a wrong mask is another one with the object in it somewhere; the phot
   }
   CHECK(grown > 5);
   CHECK(shrunk > 5);
-  // Of an object of one pixel nothing is left to shrink.
+  // An object of one pixel has nothing left to shrink.
   for (std::uint64_t stream = 0; stream < 20; ++stream) {
     Photographs tiny = spot();
     std::fill(tiny.shape.mask.begin(), tiny.shape.mask.end(), 0.0F);

@@ -69,7 +69,7 @@ inline Numbers relu_backward(const Numbers& output, Numbers output_gradient) {
   return output_gradient;
 }
 
-// Which pixel of the map each pooled pixel is; itself where the image has one pixel. The first of equal ones.
+// The pixel of the map that each pooled pixel is; itself if the image has one pixel. The first of equal ones.
 inline std::vector<std::size_t> greatest_of_four(const Shape& s, const Numbers& map) {
   std::vector<std::size_t> from;
   for (std::size_t plane = 0; plane < s.batch * s.out; ++plane)

@@ -8,7 +8,7 @@
 
 namespace {
 
-// What ranks have in common here: threads that meet.
+// Ranks are threads here, and meet at this table.
 struct Table {
   explicit Table(int ranks) : meeting(ranks), given(static_cast<std::size_t>(ranks)) {}
   std::barrier<> meeting;
@@ -40,7 +40,7 @@ class ThreadRank : public itn::Ranks {
   int rank_;
 };
 
-// Of numbers whose sum depends on its order.
+// Numbers whose sum depends on its order.
 std::vector<float> values_of(std::size_t shard) {
   std::vector<float> values;
   for (std::size_t i = 0; i < 7; ++i)

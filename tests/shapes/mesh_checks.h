@@ -1,4 +1,4 @@
-// What every mesh of runtime/scene/shapes must fulfil.
+// Checks that every mesh of runtime/scene/shapes must pass.
 #pragma once
 #include <cstddef>
 #include <functional>

@@ -61,7 +61,7 @@ struct Expected {
   double eta;     // far side over near side
 };
 
-// What boundaries do with a path once the direction is known: counts of paths that do otherwise, and the largest
+// Outcome of boundaries for a path once the direction is known: counts of paths that do otherwise, and the largest
 // errors.
 struct BoundaryCheck {
   std::size_t wrong = 0, died = 0, reflected = 0;

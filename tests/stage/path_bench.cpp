@@ -170,7 +170,7 @@ void PathBench::unpack(const std::vector<float>& storage, std::vector<Path>& pat
   }
 }
 
-// Which queue each slot waits in. Throws where a slot is in no queue or in two.
+// Reads which queue each slot waits in. Throws if a slot is in no queue or in two.
 void PathBench::read_queues(const std::vector<float>& storage, const std::vector<int>& lengths, std::size_t stride,
                             std::vector<Path>& paths) const {
   const std::size_t queue_count = stages_.size();

@@ -12,7 +12,7 @@
 
 namespace itn::test {
 
-// Those that scenes of the tests have; a program has some of them, in an order of its own.
+// The queues that scenes of the tests have; a program has some of them, in an order of its own.
 enum class Queue { free, ray, null, diffuse, dielectric, rough_beckmann, rough_ggx, medium, connect, escape };
 
 // One path between two stages: the members of path_state.h.
@@ -54,7 +54,7 @@ class PathBench {
   // Stage after stage until all paths have ended.
   void run_all(std::vector<Path>& paths);
 
-  // Where paths wait at surfaces of the BSDF.
+  // The queue where paths wait at surfaces of the BSDF.
   Queue queue_of(const Bsdf& bsdf) const;
 
   bool has(const char* feature) const { return definitions_.at(feature) != "0"; }

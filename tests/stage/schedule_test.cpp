@@ -1,4 +1,4 @@
-// Which schedule, how many paths a launch, and which other jobs share it: the same bits.
+// The schedule, the number of paths per launch and the jobs that share it do not change a bit.
 #include <catch2/catch.hpp>
 #include <map>
 

@@ -1,4 +1,4 @@
-// What the stage tests share.
+// Common code of the stage tests.
 #pragma once
 #include <algorithm>
 #include <cmath>

@@ -90,7 +90,7 @@ Scene raised(const Scene& scene, const std::string& name, std::size_t value, dou
   return result;
 }
 
-// What all pixels of the picture bring, which is linear in them.
+// The contribution of all pixels of the picture, which is linear in them.
 double brought(const VoxelGrid& by_pixels) {
   double sum = 0;
   for (std::size_t i = 0; i < by_pixels.data.size(); ++i)
@@ -170,8 +170,8 @@ TEST_CASE("so they are of a bright window that shines into wax through a rough b
   CHECK(gradient(scene, staged, 16).values[1].data == result.values[1].data);
 }
 
-// Which of several directions is connected depends on what they bring, and so on the pixels, beyond the densities: the
-// two agree on average.
+// The choice of the direction that is connected depends on what the directions bring, and so on the pixels, beyond the
+// densities: the two agree on average.
 TEST_CASE("the gradient by a pixel of an environment map has the mean of differences at surfaces", "[.texels]") {
   const TemporaryFolder folder;
   const Scene scene = ball(folder);

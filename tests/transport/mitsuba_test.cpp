@@ -67,7 +67,7 @@ const std::vector<MitsubaScene> scenes = {
     {"volume_textures", 1024},
 };
 
-// What these have, others above have too, in other company.
+// Other scenes above have the features of these, too, in other company.
 const std::vector<MitsubaScene> more_scenes = {
     {"checkerboard", 1024}, {"grid_inside", 1024}, {"hide_emitters", 1024},  {"lights_surfaces", 1024},
     {"max_depth", 1024},    {"nested", 1024},      {"null_envmap", 1024},    {"principled", 2048},
@@ -75,7 +75,7 @@ const std::vector<MitsubaScene> more_scenes = {
 };
 
 const std::size_t tests_of_means = 3 * (scenes.size() + more_scenes.size());
-// Of the whole file, for each of the three kinds of test.
+// The significance of the whole file, for each of the three kinds of test.
 constexpr double significance = 0.0027;  // that of three standard errors
 
 void save_z(const std::string& name, const Rendering& ours, const ExrImage& reference, const std::vector<float>& z) {

@@ -1,4 +1,4 @@
-// What the transport tests share: one device for the executable, scenes by name, averages with standard errors.
+// Common code of the transport tests: one device for the executable, scenes by name, averages with standard errors.
 #pragma once
 #include <cmath>
 #include <map>

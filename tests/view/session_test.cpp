@@ -1,5 +1,4 @@
-// What is seen while a scene is looked at: the same images as of render(), whatever was moved, shown and interrupted
-// before.
+// A scene that is looked at shows the same images as render(), whatever was moved, shown and interrupted before.
 #include "runtime/view/session.h"
 
 #include <catch2/catch.hpp>
