@@ -42,7 +42,7 @@ INLINE REAL step_of(__global const JobRecord* job, int k, const Step* step) {
 typedef struct {
   REAL of[SCORES + 1]; /* the last one is not used: an array of length 0 is not C */
 #if ADJOINT
-  Pulled pulled;
+  AdjointSums adjoint;
 #endif
 } Scores;
 
@@ -58,8 +58,8 @@ INLINE Scores load_scores(__global const JobRecord* job, const Pool* pool, INT s
 #if ADJOINT
   REAL baseline[BASELINE_TOTALS + 1];
   UNROLL_FOR(int c = 0; c < BASELINE_TOTALS; ++c) baseline[c] = LOAD(pool, BASELINE + c, slots);
-  s.pulled = nothing_pulled();
-  pull_by_rest(&s.pulled, job, pool, slots, baseline);
+  s.adjoint = no_adjoint_sums();
+  weigh_by_rest(&s.adjoint, job, pool, slots, baseline);
 #endif
   return s;
 }
@@ -73,7 +73,7 @@ INLINE void store_scores(const Pool* pool, INT slots, const Scores* s) {
 INLINE void sum_scores(const Launch* launch, __global const JobRecord* job, const Pool* pool, INT slots,
                        const Scores* s, int model, INT first, const REAL uv[], MASK mask) {
 #if ADJOINT
-  if (job->replay == REPLAY_SUMS) add_pulled(launch, job, pool, slots, mask, &s->pulled, model, first, uv);
+  if (job->replay == REPLAY_SUMS) add_adjoint(launch, job, pool, slots, mask, &s->adjoint, model, first, uv);
 #endif
 }
 
@@ -93,7 +93,7 @@ INLINE void add_scores(__global const JobRecord* job, Scores* s, int model, cons
           where_from(step->origins, slot, summed[k].origin, step->of[slot * CHANNELS + (CHANNELS == 1 ? 0 : c)]);
       const REAL d = by_coordinate(model, slot, n, own, summed[k].texels >= 0);
       const bool expects = decided && role_of(model, slot) == ROLE_DENSITY;
-      pull(&s->pulled, k, c, d, expects ? s->pulled.weight[c] - s->pulled.expected[c] : s->pulled.weight[c]);
+      add_product(&s->adjoint, k, c, d, expects ? s->adjoint.weight[c] - s->adjoint.expected[c] : s->adjoint.weight[c]);
     }
 #endif
 }

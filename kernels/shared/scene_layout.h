@@ -167,8 +167,8 @@ typedef struct {
   float future_tint[3]; /* of the expected futures, where a throughput channel stands for several of radiance */
   int pilot;            /* 1: paths tell what they visit */
   int replay;           /* REPLAY_*; else samples are traced for the first time */
-  /* Replay: pixel p's weights of derivatives are at first_pull + (p - first_pixel) / pixel_step, one a channel. */
-  int first_pull;
+  /* Replay: pixel p's adjoints are at first_pixel_adjoint + (p - first_pixel) / pixel_step, one a channel. */
+  int first_pixel_adjoint;
   int probe; /* of REPLAY_PROBES: which of the path's, from 0 */
   /* Replay: a pixel's set is one of set_mask + 1 from first_set on, of `sets` that a work-item sums in, or all share. */
   int sets, first_set, set_mask;

@@ -3,12 +3,12 @@
 #define ITN_STAGE_RAY_H
 #include "path/launch.h"
 
-/* The path has changed its direction here, with LAST_PDF divided by `rival`. */
-INLINE void begin_segment(Pool* pool, INT slots, REAL3 position, REAL rival, MASK mask) {
+/* The path has changed its direction here, with LAST_PDF divided by `divisor`. */
+INLINE void begin_segment(Pool* pool, INT slots, REAL3 position, REAL divisor, MASK mask) {
 #if HAS_AREA_LIGHTS && LIGHT_SAMPLING
   store3(pool, ORIGIN, slots, select3(mask, position, load3(pool, ORIGIN, slots)));
 #if ROUGH_LIGHT_SAMPLING
-  STORE(pool, RIVAL, slots, SELECT(mask, rival, LOAD(pool, RIVAL, slots)));
+  STORE(pool, LAST_PDF_DIVISOR, slots, SELECT(mask, divisor, LOAD(pool, LAST_PDF_DIVISOR, slots)));
 #endif
 #endif
 }

@@ -58,7 +58,7 @@ void each_field(const PathFields& fields, SomePath& p, std::size_t throughput, s
     one("CHANCE", p.chance);
   }
   if (has("HAS_AREA_LIGHTS") && has("LIGHT_SAMPLING")) several("ORIGIN", p.origin, 3);
-  if (has("HAS_AREA_LIGHTS") && has("ROUGH_LIGHT_SAMPLING")) one("RIVAL", p.rival);
+  if (has("HAS_AREA_LIGHTS") && has("ROUGH_LIGHT_SAMPLING")) one("LAST_PDF_DIVISOR", p.last_pdf_divisor);
 }
 
 // By the names of kernels.
@@ -106,7 +106,7 @@ PathBench::PathBench(const Device& device, const Scene& scene, const Options& op
   buffers_.upload_geometry(device, data_.geometry);
   buffers_.upload_scenes(device, data_);
   for (cl::Buffer* unused :
-       {&buffers_.derivatives, &buffers_.futures, &buffers_.visits, &buffers_.pulls, &buffers_.gradient})
+       {&buffers_.derivatives, &buffers_.futures, &buffers_.visits, &buffers_.pixel_adjoints, &buffers_.gradient})
     *unused = device.upload(std::vector<float>{}, "unused");
   buffers_.misplaced = device.upload(std::vector<cl_uint>{0}, "misplaced");
   buffers_.endless = device.upload(std::vector<cl_uint>{0}, "endless");

@@ -28,7 +28,7 @@ struct Path {
   Vec3 arrival{};
   double chance = 1;
   Vec3 origin{};
-  double rival = 1;
+  double last_pdf_divisor = 1;
   Queue queue = Queue::free;  // where it waits; free: it has ended
   Rgb sample_radiance{};      // what it gave to its pixel when it ended
 };
