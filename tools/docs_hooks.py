@@ -68,7 +68,7 @@ def as_list(entries):
     """A definition list. CLI11's names say everything at once: `--mode TEXT:{automatic,images}=automatic REQUIRED`."""
     lines, heading = [], ""
     for section, name, description in entries:
-        if section != heading and section not in ("Positionals", "Options", "Common options"):
+        if section != heading and section not in ("Positionals", "Options"):
             lines += [f"**{section}**", ""]
         heading = section
         option = OPTION.fullmatch(name)
