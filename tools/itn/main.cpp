@@ -88,10 +88,19 @@ void be_one_of_several(std::string_view command) {
     throw itn::ResultError("/dev/null: cannot be opened");
 }
 
+// CLI11's help, with one empty line between groups of options, not two.
+class HelpFormatter : public CLI::Formatter {
+ public:
+  std::string make_groups(const CLI::App* app, CLI::AppFormatMode mode) const override {
+    return CLI::detail::find_and_replace(CLI::Formatter::make_groups(app, mode), "\n\n\n", "\n\n");
+  }
+};
+
 int run(int argc, char** argv) {
   CLI::App app{"Volumetric path tracing on OpenCL for translucent materials", "itn"};
   app.set_version_flag("--version", itn::tools::version_text, "Print the version, devices and libraries");
   app.require_subcommand(1);
+  app.formatter(std::make_shared<HelpFormatter>());  // the commands take it over
   itn::tools::add_bench(app);
   itn::tools::add_dataset(app);
   itn::tools::add_devices(app);

@@ -215,8 +215,8 @@ void add_train(CLI::App& app) {
                 {"--epochs", "--batch", "--learning-rate", "--weight-decay", "--patience", "--noise", "--mirror"});
   command
       ->add_option("--lambda", options->request.lambda,
-                   "Weight of the image loss; default: makes both losses equal over the first batches, with "
-                   "--unlabelled 1")
+                   "Weight of the image loss; default: makes both losses equal over the first batches, or 1 "
+                   "with --unlabelled")
       ->check(CLI::Range(0.0, 1e12));
   command->add_option("--unlabelled", options->request.unlabelled,
                       "Data set whose materials are unknown, in place of labelled data: the network of --init learns "
@@ -225,7 +225,7 @@ void add_train(CLI::App& app) {
   command
       ->add_option("--threads", options->request.threads,
                    "Threads of the network, at most one per core unless ITN_FORCE_THREADS=1 is in the environment; "
-                   "default: OMP_NUM_THREADS, else one per core, with --shards 1")
+                   "default: OMP_NUM_THREADS, else one per core, or 1 with --shards")
       ->check(CLI::Range(1, 1024));
   command
       ->add_option("--shards", options->request.shards,
