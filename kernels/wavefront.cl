@@ -220,7 +220,7 @@ __kernel void generate(LAUNCH_PARAMETERS __global const ChunkRecord* restrict ch
   }
 }
 
-/* What a work-item takes off the queue of a stage. */
+/* The paths that a work-item takes off the queue of a stage. */
 typedef struct {
   INT slots;
   Lanes job;

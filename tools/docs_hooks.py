@@ -33,9 +33,10 @@ def itn(*arguments):
 def help_entries(text):
     """The help that CLI11 prints: [(section, name, description)].
 
-    A name stands at column 2 and its description at column 30 or, where the name is too long, on the next line.
+    A name stands at column 2 and its description at column 30 or, where the name is too long, on the next line. An
+    example ends the text.
     """
-    lines, entries, section = text.splitlines(), [], ""
+    lines, entries, section = text.partition("\nExample:")[0].splitlines(), [], ""
     for line, following in zip(lines, [*lines[1:], ""]):
         continued = following.startswith(" " * 30) and section != "Subcommands"
         if line and not line.startswith(" "):
@@ -65,8 +66,11 @@ OPTION = re.compile(r"(?P<name>\S+)( (?P<type>[A-Z]+(x[A-Z]+)?)(:((?P<choices>\{
 
 def as_list(entries):
     """A definition list. CLI11's names say everything at once: `--mode TEXT:{automatic,images}=automatic REQUIRED`."""
-    lines = []
-    for _, name, description in entries:
+    lines, heading = [], ""
+    for section, name, description in entries:
+        if section != heading and section not in ("Positionals", "Options"):
+            lines += [f"**{section}**", ""]
+        heading = section
         option = OPTION.fullmatch(name)
         if not option:
             raise PluginError(f"itn --help: {name!r} is no option as CLI11 writes them")

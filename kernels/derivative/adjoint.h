@@ -1,12 +1,13 @@
 /* Gradients of many numbers at once: the adjoint of the derivative images. Paths are traced twice. The second time each
- * knows what it gathers in all and how its pixel weighs it ("pull"), so that at every event
- *   pull * (what it still gathers) * d log f / d number
+ * knows what it gathers in all and how its pixel weighs it (the pixel's adjoint), so that at every event
+ *   adjoint * (what it still gathers) * d log f / d number
  * goes straight to the number's sum: nothing is carried for the numbers, however many they are. With baselines
  * (derivative/baseline.h), what is expected of decisions is taken off what it still gathers.
  *
  * Sums must not depend on the order of paths: they are integers, of products rounded once each. The host scales the
- * pulls so that a unit is 2^-42 of the sum of |pull * radiance| (runtime/render/gradient_renderer.cpp). Derivatives are d log
- * f / d log number, for g times 1 - g^2 (shared/declaration.h): of order 1, so that one scale suits all.
+ * pixels' adjoints so that a unit is 2^-42 of the sum of |adjoint * radiance| (runtime/render/gradient_renderer.cpp).
+ * Derivatives are d log f / d log number, for g times 1 - g^2 (shared/declaration.h): of order 1, so that one scale suits
+ * all.
  *
  * By the texels of a texture that stands for a number the gradient is that by the number itself, times the weights with
  * which its texels were looked up; by the heights of a bump map it is that by their slopes, times the weights of these.
@@ -24,41 +25,42 @@ enum { STREAM_CHOICE = 0x81 }; /* of a path's first event: which of its flights 
 #define FIRST_VOXEL_NUMBER (FIRST_LIGHT_NUMBER + LIGHT_NUMBERS * RADIANCE_CHANNELS)
 #define SUMS_OF_A_SET (FIRST_VOXEL_NUMBER + VOXEL_SUMS * RADIANCE_CHANNELS + 1) /* the last: what was lost */
 
-/* Which slots of models are summed: known when the program is built. */
+/* The slots of models that are summed are known when the program is built. */
 __constant SumRecord summed[SUMS + 1] = {SUM_RECORDS};
 
-/* What the events of one stage add to numbers. */
+/* The contributions of one stage's events to the gradient by numbers. */
 typedef struct {
-  REAL weight[RADIANCE_CHANNELS];   /* pull times what is still to be gathered */
-  REAL expected[RADIANCE_CHANNELS]; /* pull times what was expected of the decision that the event is */
+  REAL weight[RADIANCE_CHANNELS];   /* adjoint times what is still to be gathered */
+  REAL expected[RADIANCE_CHANNELS]; /* adjoint times what was expected of the decision that the event is */
   LONG sum[(SUMS + 1) * RADIANCE_CHANNELS];
   MASK beyond; /* the integers, or not a number */
-} Pulled;
+} AdjointSums;
 
-INLINE Pulled nothing_pulled(void) {
-  Pulled p;
+INLINE AdjointSums no_adjoint_sums(void) {
+  AdjointSums p;
   UNROLL_FOR(int c = 0; c < RADIANCE_CHANNELS; ++c) p.weight[c] = p.expected[c] = (REAL)(0.0f);
   UNROLL_FOR(int i = 0; i < (SUMS + 1) * RADIANCE_CHANNELS; ++i) p.sum[i] = (LONG)(0);
   p.beyond = (MASK)(0);
   return p;
 }
 
-INLINE Pulled pulled(const REAL weight[]) {
-  Pulled p = nothing_pulled();
+INLINE AdjointSums adjoint_sums(const REAL weight[]) {
+  AdjointSums p = no_adjoint_sums();
   UNROLL_FOR(int c = 0; c < RADIANCE_CHANNELS; ++c) p.weight[c] = weight[c];
   return p;
 }
 
-/* What is gathered from here on, less roulette's baselines from here on. baseline: those so far, a throughput channel
- * each */
-INLINE void pull_by_rest(Pulled* p, __global const JobRecord* job, const Pool* pool, INT slots, const REAL baseline[]) {
+/* Weighs scores by what the path gathers from here on, less roulette's baselines from here on. baseline: those so
+ * far, a throughput channel each */
+INLINE void weigh_by_rest(AdjointSums* p, __global const JobRecord* job, const Pool* pool, INT slots,
+                          const REAL baseline[]) {
   UNROLL_FOR(int c = 0; c < RADIANCE_CHANNELS; ++c) {
     REAL rest = LOAD(pool, TOTAL + c, slots) - LOAD(pool, RADIANCE + c, slots);
 #if BASELINES
     const int t = THROUGHPUT_CHANNELS == 1 ? 0 : c;
     rest -= job->future_tint[c] * (LOAD(pool, TOTAL_BASELINE + t, slots) - baseline[t]);
 #endif
-    p->weight[c] = LOAD(pool, PULL + c, slots) * rest;
+    p->weight[c] = LOAD(pool, PIXEL_ADJOINT + c, slots) * rest;
   }
 }
 
@@ -70,7 +72,7 @@ INLINE LONG rounded(REAL x, MASK* beyond) {
 }
 
 /* d: by the coordinate of summed[k]'s number, in a channel of the radiance */
-INLINE void pull(Pulled* p, int k, int channel, REAL d, REAL weight) {
+INLINE void add_product(AdjointSums* p, int k, int channel, REAL d, REAL weight) {
   p->sum[k * RADIANCE_CHANNELS + channel] += rounded(d * weight, &p->beyond);
 }
 
@@ -124,7 +126,7 @@ INLINE void add_to_texel(const Launch* launch, int texel, int channel, long x) {
 #endif
 }
 
-/* To the texels that a number is made of. number: where its texture is told; x: what was pulled for it in each channel, or
+/* To the texels that a number is made of. number: where its texture is told; x: the adjoint of it in each channel, or
  * for each component of a direction */
 INLINE void add_to_texels(const Launch* launch, int number, TexturePlace place, const long x[TEXEL_CHANNELS]) {
   const int texture = launch->number_textures[number];
@@ -140,7 +142,7 @@ INLINE void add_to_texels(const Launch* launch, int number, TexturePlace place, 
   }
 }
 
-/* As add_to_texels, of heights. x: what was pulled for their two slopes. Returns what was lost. */
+/* As add_to_texels, of heights. x: the adjoints of their two slopes. Returns what was lost. */
 INLINE uint add_to_heights(const Launch* launch, int number, TexturePlace place, const long x[TEXEL_CHANNELS]) {
   const int texture = launch->number_textures[number];
   uint lost = 0;
@@ -159,8 +161,8 @@ INLINE uint add_to_heights(const Launch* launch, int number, TexturePlace place,
   return lost;
 }
 
-/* What was pulled for the number whose first slot is `texels`, by channel or by component. */
-INLINE void pulled_for_number(const Pulled* p, int model, int texels, LongLanes sum[TEXEL_CHANNELS]) {
+/* Computes the adjoint of the number whose first slot is `texels`, by channel or by component. */
+INLINE void adjoint_of_number(const AdjointSums* p, int model, int texels, LongLanes sum[TEXEL_CHANNELS]) {
   const int role = role_of(model, texels);
   const bool direction = role == ROLE_NORMAL || role == ROLE_BUMP;
   UNROLL_FOR(int c = 0; c < TEXEL_CHANNELS; ++c) sum[c].integer = (LONG)(0);
@@ -170,9 +172,9 @@ INLINE void pulled_for_number(const Pulled* p, int model, int texels, LongLanes 
         sum[direction ? summed[k].slot - texels : c].integer += p->sum[k * RADIANCE_CHANNELS + c];
 }
 
-/* As add_pulled, whose sums these are, too. */
-INLINE void add_pulled_to_texels(const Launch* launch, uint bits, const Pulled* p, int model, INT first,
-                                 const REAL uv[]) {
+/* As add_adjoint, whose sums these are, too. */
+INLINE void add_adjoint_to_texels(const Launch* launch, uint bits, const AdjointSums* p, int model, INT first,
+                                  const REAL uv[]) {
   const TexturePlaces places = texture_places(uv);
   Lanes instance;
   instance.integer = first;
@@ -181,7 +183,7 @@ INLINE void add_pulled_to_texels(const Launch* launch, uint bits, const Pulled* 
     const bool begins = k == 0 || summed[k - 1].model != model || summed[k - 1].texels != texels; /* a number */
     if (summed[k].model != model || texels < 0 || !begins) continue;
     LongLanes sum[TEXEL_CHANNELS];
-    pulled_for_number(p, model, texels, sum);
+    adjoint_of_number(p, model, texels, sum);
     uint lost = 0;
     FOR_EACH_LANE(l, bits) {
       long x[TEXEL_CHANNELS];
@@ -197,10 +199,10 @@ INLINE void add_pulled_to_texels(const Launch* launch, uint bits, const Pulled* 
 }
 #endif
 
-/* What was pulled for the numbers of a model, to the sums of each lane's instance, which begins at first. uv: where its
- * textures were looked up; null: it has none. */
-INLINE void add_pulled(const Launch* launch, __global const JobRecord* job, const Pool* pool, INT slots, MASK mask,
-                       const Pulled* p, int model, INT first, const REAL uv[]) {
+/* Adds the adjoints of the numbers of a model to the sums of each lane's instance, which begins at first. uv:
+ * where its textures were looked up; null: it has none. */
+INLINE void add_adjoint(const Launch* launch, __global const JobRecord* job, const Pool* pool, INT slots, MASK mask,
+                        const AdjointSums* p, int model, INT first, const REAL uv[]) {
   Lanes at;
   at.integer = gradient_set(job, pool, slots) * SUMS_OF_A_SET + first * RADIANCE_CHANNELS;
   const uint bits = lane_bits(mask);
@@ -212,15 +214,15 @@ INLINE void add_pulled(const Launch* launch, __global const JobRecord* job, cons
       FOR_EACH_LANE(l, bits) add_to_gradient(launch, at.i[l] + summed[k].at * RADIANCE_CHANNELS + c, sum.i[l]);
     }
 #if TEXEL_SUMS
-  if (uv && !job->contrast) add_pulled_to_texels(launch, bits, p, model, first, uv);
+  if (uv && !job->contrast) add_adjoint_to_texels(launch, bits, p, model, first, uv);
 #endif
   add_lost(launch, mask & p->beyond);
 }
 
-/* Of the light, whose derivative is a factor of what a path gathers beside it: change of the radiance by the logarithm
- * of parameter p. */
-INLINE void pull_light(const Launch* launch, __global const JobRecord* job, const Pool* pool, INT slots, MASK mask,
-                       int p, const REAL change[RADIANCE_CHANNELS]) {
+/* Adds the gradient by the light, whose derivative is a factor of what a path gathers beside it. change: of the
+ * radiance by the logarithm of parameter p */
+INLINE void add_light_adjoint(const Launch* launch, __global const JobRecord* job, const Pool* pool, INT slots,
+                              MASK mask, int p, const REAL change[RADIANCE_CHANNELS]) {
   const INT first = gradient_set(job, pool, slots) * SUMS_OF_A_SET + FIRST_LIGHT_NUMBER + p * RADIANCE_CHANNELS;
   Lanes at;
   at.integer = first;
@@ -228,7 +230,7 @@ INLINE void pull_light(const Launch* launch, __global const JobRecord* job, cons
   MASK beyond = (MASK)(0);
   UNROLL_FOR(int c = 0; c < RADIANCE_CHANNELS; ++c) {
     LongLanes sum;
-    sum.integer = rounded(LOAD(pool, PULL + c, slots) * change[c], &beyond);
+    sum.integer = rounded(LOAD(pool, PIXEL_ADJOINT + c, slots) * change[c], &beyond);
     FOR_EACH_LANE(l, bits) add_to_gradient(launch, at.i[l] + c, sum.i[l]);
   }
   add_lost(launch, mask & beyond);
@@ -244,7 +246,7 @@ INLINE void begin_probe(const Launch* launch, __global const JobRecord* job, Poo
   draw(&random, STREAM_CHOICE, u);
   STORE(pool, PROBE_TARGET, slots, SELECT(sum > 0.0f, (u[0] + job->probe) * (sum / PROBES), INFINITY));
   UNROLL_FOR(int c = 0; c < RADIANCE_CHANNELS; ++c)
-    STORE(pool, PROBE_WEIGHT + c, slots, LOAD(pool, PULL + c, slots) * (sum / PROBES));
+    STORE(pool, PROBE_WEIGHT + c, slots, LOAD(pool, PIXEL_ADJOINT + c, slots) * (sum / PROBES));
   STORE_INT(pool, PROBE_FIELD, slots, -1);
 }
 #endif
@@ -258,7 +260,8 @@ INLINE void begin_replay(const Launch* launch, __global const JobRecord* job, Po
   const INT output = SELECT_INT(valid, job->first_output + row * job->samples + sample - job->first_sample, 0);
   UNROLL_FOR(int c = 0; c < RADIANCE_CHANNELS; ++c) {
     STORE(pool, TOTAL + c, slots, GATHER((launch->samples + c), output * SAMPLE_SIZE));
-    STORE(pool, PULL + c, slots, GATHER((launch->pulls + c), (job->first_pull + row) * RADIANCE_CHANNELS));
+    STORE(pool, PIXEL_ADJOINT + c, slots,
+          GATHER((launch->pixel_adjoints + c), (job->first_pixel_adjoint + row) * RADIANCE_CHANNELS));
   }
   UNROLL_FOR(int c = 0; c < BASELINE_TOTALS; ++c)
     STORE(pool, TOTAL_BASELINE + c, slots, GATHER((launch->samples + RADIANCE_CHANNELS + c), output * SAMPLE_SIZE));

@@ -35,7 +35,7 @@ INLINE void store_baseline(const Pool* pool, INT slots, const Baseline* b) {
   UNROLL_FOR(int i = 0; i < BASELINE_SCORES * THROUGHPUT_CHANNELS; ++i) STORE(pool, BASELINE + i, slots, b->of[i]);
 }
 
-/* Where a path is below the nearest surface. */
+/* The place of a path below the nearest surface. */
 typedef struct {
   REAL3 normal; /* of the surface, unit, a guess */
   INT row;      /* of the table, by depth */
@@ -70,14 +70,14 @@ __attribute__((always_inline)) INLINE void expected_future(const Launch* launch,
 }
 
 #if ADJOINT
-/* What a decision's score meets. weight: throughput with all its factors */
-INLINE void expect(Pulled* p, __global const JobRecord* job, const Pool* pool, INT slots, const Baseline* b,
+/* Sets what a decision's score meets. weight: throughput with all its factors */
+INLINE void expect(AdjointSums* p, __global const JobRecord* job, const Pool* pool, INT slots, const Baseline* b,
                    const REAL weight[], const REAL v[]) {
   if (job->replay != REPLAY_SUMS) return;
-  pull_by_rest(p, job, pool, slots, b->of);
+  weigh_by_rest(p, job, pool, slots, b->of);
   UNROLL_FOR(int c = 0; c < RADIANCE_CHANNELS; ++c) {
     const int t = THROUGHPUT_CHANNELS == 1 ? 0 : c;
-    p->expected[c] = LOAD(pool, PULL + c, slots) * job->future_tint[c] * weight[t] * v[t];
+    p->expected[c] = LOAD(pool, PIXEL_ADJOINT + c, slots) * job->future_tint[c] * weight[t] * v[t];
   }
 }
 #else
@@ -99,7 +99,7 @@ INLINE void add_flight(const Launch* launch, __global const JobRecord* job, cons
   REAL v[THROUGHPUT_CHANNELS];
   expected_future(launch, state, v);
 #if ADJOINT
-  expect(&scores->pulled, job, pool, slots, b, weight, v);
+  expect(&scores->adjoint, job, pool, slots, b, weight, v);
 #else
   add_decision(job, b, model, weight, v, step);
 #endif
@@ -107,20 +107,20 @@ INLINE void add_flight(const Launch* launch, __global const JobRecord* job, cons
   add_scores(job, scores, model, n, step, true);
 }
 
-/* Before the changes of direction of an event are added by add_turn: what is expected of them. Lanes not in `mask` meet
- * their scores later: they connect with light first (stage/connect.h). */
-INLINE void expect_turn(__global const JobRecord* job, const Pool* pool, INT slots, Scores* scores, const Baseline* b,
-                        const REAL weight[], const REAL v[], MASK mask) {
+/* Before the changes of direction of an event are added by add_scatter: what is expected of them. Lanes not in `mask`
+ * meet their scores later: they connect with light first (stage/connect.h). */
+INLINE void expect_scatter(__global const JobRecord* job, const Pool* pool, INT slots, Scores* scores,
+                           const Baseline* b, const REAL weight[], const REAL v[], MASK mask) {
 #if BASELINES && ADJOINT
-  expect(&scores->pulled, job, pool, slots, b, weight, v);
+  expect(&scores->adjoint, job, pool, slots, b, weight, v);
   UNROLL_FOR(int c = 0; c < RADIANCE_CHANNELS; ++c)
-    scores->pulled.weight[c] = SELECT(mask, scores->pulled.weight[c], 0.0f);
+    scores->adjoint.weight[c] = SELECT(mask, scores->adjoint.weight[c], 0.0f);
 #endif
 }
 
 /* A change of direction by one of the phase functions. */
-INLINE void add_turn(__global const JobRecord* job, Scores* scores, Baseline* b, int model, const REAL n[], Step* step,
-                     const REAL weight[], const REAL v[], MASK mask) {
+INLINE void add_scatter(__global const JobRecord* job, Scores* scores, Baseline* b, int model, const REAL n[],
+                        Step* step, const REAL weight[], const REAL v[], MASK mask) {
 #if !(BASELINES && ADJOINT)
 #if BASELINES
   add_decision(job, b, model, weight, v, step);
@@ -130,13 +130,13 @@ INLINE void add_turn(__global const JobRecord* job, Scores* scores, Baseline* b,
   add_scores(job, scores, model, n, step, true);
 }
 
-/* What a surface's BSDF has decided, to the baseline. step: of the decision's density */
+/* Adds what a surface's BSDF has decided to the baseline. step: of the decision's density */
 INLINE void add_lobe(__global const JobRecord* job, const Pool* pool, INT slots, Scores* scores, int model,
                      const REAL n[], const Step* step, const REAL weight[], const REAL v[]) {
 #if BASELINES
   Baseline b = load_baseline(pool, slots);
 #if ADJOINT
-  expect(&scores->pulled, job, pool, slots, &b, weight, v);
+  expect(&scores->adjoint, job, pool, slots, &b, weight, v);
   if (job->replay != REPLAY_SUMS) return;
   UNROLL_FOR(int k = 0; k < SUMS; ++k)
     UNROLL_FOR(int c = 0; c < RADIANCE_CHANNELS; ++c) {
@@ -145,7 +145,7 @@ INLINE void add_lobe(__global const JobRecord* job, const Pool* pool, INT slots,
       const REAL own =
           where_from(step->origins, slot, summed[k].origin, step->of[slot * CHANNELS + (CHANNELS == 1 ? 0 : c)]);
       const REAL d = by_coordinate(model, slot, n, own, summed[k].texels >= 0);
-      pull(&scores->pulled, k, c, d, -scores->pulled.expected[c]);
+      add_product(&scores->adjoint, k, c, d, -scores->adjoint.expected[c]);
     }
 #else
   add_decision(job, &b, model, weight, v, step);

@@ -1,14 +1,15 @@
-/* What a path carries to differentiate the image by scene parameters (score function, paper section 4): the score of
- * each ScoreRecord, the sum of d log f / d number over the factors f of its throughput so far. Sampling is held fixed.
- * The derivatives of the factors themselves are printed from kernels/model: program/scores.h (runtime/render/derivative). */
+/* The scores that a path carries to differentiate the image by scene parameters (score function, paper section 4):
+ * for each ScoreRecord the sum of d log f / d number over the factors f of its throughput so far. Sampling is held
+ * fixed. The derivatives of the factors themselves are printed from kernels/model: program/scores.h
+ * (runtime/render/derivative). */
 #ifndef ITN_SCORE_H
 #define ITN_SCORE_H
 #include "program/scores.h"
 #include "derivative/adjoint.h"
 #include "texture/numbers.h"
 
-/* What an event adds to the scores of one model's numbers, d log f / d n[slot] in each channel of the throughput:
- * of[slot * CHANNELS + channel]; and the instance, a lane each. */
+/* The step that an event adds to the scores of one model's numbers: d log f / d n[slot] in each channel of the
+ * throughput: of[slot * CHANNELS + channel]; and the instance, a lane each. */
 typedef struct {
   REAL of[MOST_SLOTS * CHANNELS];
   INT first;                 /* n = numbers + first */
@@ -31,7 +32,7 @@ INLINE void add_step(Step* s, const REAL d[], MASK mask) {
 /* Known when the program is built: scores that are not asked for cost nothing. */
 __constant ScoreRecord carried[SCORES + 1] = {SCORE_RECORDS};
 
-/* What the step of a model, of which carried[k] is a score, adds to it. */
+/* The part of a model's step that is added to carried[k], one of the model's scores. */
 INLINE REAL step_of(__global const JobRecord* job, int k, const Step* step) {
   const ScoreRecord r = carried[k];
   const REAL d = step->of[r.slot * CHANNELS + (CHANNELS == 1 ? 0 : r.channel)];
@@ -41,7 +42,7 @@ INLINE REAL step_of(__global const JobRecord* job, int k, const Step* step) {
 typedef struct {
   REAL of[SCORES + 1]; /* the last one is not used: an array of length 0 is not C */
 #if ADJOINT
-  Pulled pulled;
+  AdjointSums adjoint;
 #endif
 } Scores;
 
@@ -57,8 +58,8 @@ INLINE Scores load_scores(__global const JobRecord* job, const Pool* pool, INT s
 #if ADJOINT
   REAL baseline[BASELINE_TOTALS + 1];
   UNROLL_FOR(int c = 0; c < BASELINE_TOTALS; ++c) baseline[c] = LOAD(pool, BASELINE + c, slots);
-  s.pulled = nothing_pulled();
-  pull_by_rest(&s.pulled, job, pool, slots, baseline);
+  s.adjoint = no_adjoint_sums();
+  weigh_by_rest(&s.adjoint, job, pool, slots, baseline);
 #endif
   return s;
 }
@@ -72,7 +73,7 @@ INLINE void store_scores(const Pool* pool, INT slots, const Scores* s) {
 INLINE void sum_scores(const Launch* launch, __global const JobRecord* job, const Pool* pool, INT slots,
                        const Scores* s, int model, INT first, const REAL uv[], MASK mask) {
 #if ADJOINT
-  if (job->replay == REPLAY_SUMS) add_pulled(launch, job, pool, slots, mask, &s->pulled, model, first, uv);
+  if (job->replay == REPLAY_SUMS) add_adjoint(launch, job, pool, slots, mask, &s->adjoint, model, first, uv);
 #endif
 }
 
@@ -92,12 +93,12 @@ INLINE void add_scores(__global const JobRecord* job, Scores* s, int model, cons
           where_from(step->origins, slot, summed[k].origin, step->of[slot * CHANNELS + (CHANNELS == 1 ? 0 : c)]);
       const REAL d = by_coordinate(model, slot, n, own, summed[k].texels >= 0);
       const bool expects = decided && role_of(model, slot) == ROLE_DENSITY;
-      pull(&s->pulled, k, c, d, expects ? s->pulled.weight[c] - s->pulled.expected[c] : s->pulled.weight[c]);
+      add_product(&s->adjoint, k, c, d, expects ? s->adjoint.weight[c] - s->adjoint.expected[c] : s->adjoint.weight[c]);
     }
 #endif
 }
 
-/* Where many parameters move many numbers each, as values of tables do, compilers could not unroll, and would say so. */
+/* Compilers cannot unroll, and say so, if many parameters move many numbers each, as values of tables do. */
 #if PARTS * RADIANCE_CHANNELS > 768
 #define FOR_EACH_PART(p) for (int p = 0; p < PARTS; ++p)
 #else
@@ -107,8 +108,8 @@ INLINE void add_scores(__global const JobRecord* job, Scores* s, int model, cons
 #if ALBEDOS
 __constant int albedo_score[3] = ALBEDO_SCORE; /* of each channel the score of the medium's albedo */
 
-/* Where the medium's albedo is another, a path of n scatterings in it gathers x (other / albedo)^n. Its score is n / albedo,
- * and the job has albedo * log(other / albedo) of each other albedo and channel. */
+/* If the medium's albedo is another, a path of n scatterings in it gathers x (other / albedo)^n. Its score is n /
+ * albedo, and the job has albedo * log(other / albedo) of each other albedo and channel. */
 INLINE void gather_other_albedos(const Launch* launch, __global const JobRecord* job, Pool* pool, INT slots, int c,
                                  REAL x, const Scores* s) {
   UNROLL_FOR(int k = 0; k < ALBEDOS; ++k) {

@@ -1,6 +1,7 @@
 /* Gradients by the voxels of the fields that media's sigma_t and albedo are times (texture/field.h): what derivative/adjoint.h sums
  * for a number, shared out among the voxels that the field was interpolated from. A voxel of sigma_t moves
- *   the extinction on all ways: what comes over them, less, estimated at one place of each coarse cell (field_thickness)
+ *   the extinction on all ways: what comes over them, less, estimated at one place of each coarse cell
+ *   (field_column_density)
  *   the light that ways scatter, in two parts:
  *     at scatterings that paths have: their score is 1 / value, but no more than 1 / knee
  *     where the field is below the knee, and 0: what the former lacks, 1 - value / knee of a scattering, at places where
@@ -19,7 +20,7 @@
 #include "shared/knee.h"
 
 #if VOXEL_SUMS
-/* Of a field of extinctions: below, probes take part. sigma_t: what the field is times; any is right. Measured:
+/* The extinction of a field below which probes take part. sigma_t: a factor of the field; any is right. Measured:
  * tools/lab/voxel_estimators.cpp */
 INLINE REAL knee_of(__global const FieldRecord* field, REAL sigma_t) {
   const float size =
@@ -48,8 +49,8 @@ INLINE Voxels voxels_at(__global const FieldRecord* field, REAL3 p) {
   return v;
 }
 
-/* What the field's value at a place is pulled by, in each channel of the radiance: to the sums of its voxels, and to
- * that of them all, in the set of each path's pixel. */
+/* Adds the adjoint of the field's value at a place, in each channel of the radiance, to the sums of its voxels
+ * and to that of them all, in the set of each path's pixel. */
 INLINE void add_to_voxels(const Launch* launch, __global const JobRecord* job, const Pool* pool, INT slots, MASK mask,
                           __global const FieldRecord* field, REAL3 place, const REAL x[RADIANCE_CHANNELS]) {
   const Voxels v = voxels_at(field, place);
@@ -81,7 +82,7 @@ INLINE void add_to_voxels(const Launch* launch, __global const JobRecord* job, c
   add_lost(launch, mask & beyond);
 }
 
-/* The extinction on a way. u: as of field_thickness; x: as of add_to_voxels, of a unit of length */
+/* The extinction on a way. u: as of field_column_density; x: as of add_to_voxels, of a unit of length */
 INLINE void add_way_to_voxels(const Launch* launch, __global const JobRecord* job, const Pool* pool, INT slots,
                               MASK mask, __global const FieldRecord* field, REAL3 from, REAL3 direction, REAL distance,
                               REAL u, const REAL x[RADIANCE_CHANNELS]) {

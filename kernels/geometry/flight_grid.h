@@ -49,8 +49,8 @@ __attribute__((always_inline)) INLINE FlightCell flight_cell(__global const uint
   return cell;
 }
 
-/* How far a path inside a medium that travels along `direction` surely meets no surface: ahead of the cell's position
- * (way 1), or on its way to it (way -1), if it is inside where it comes that near. Unit direction.
+/* The distance over which a path inside a medium that travels along `direction` surely meets no surface: ahead of
+ * the cell's position (way 1), or on its way to it (way -1), if it is inside where it comes that near. Unit direction.
  *
  * Inside, only surfaces that the path leaves through, direction . normal > 0, can be met: where every surface of the
  * ball faces the other way, the path goes on to the ball's end. So the flights that start on a surface are spared a

@@ -4,7 +4,7 @@
 #include "geometry/frame.h"
 #include "shared/geometry_layout.h"
 
-/* Where a path that goes on into `direction` starts: surely on its side of the surface, which the rounded position on
+/* The start of a path that goes on into `direction`: surely on its side of the surface, which the rounded position on
  * the surface is not (geometry/trace.h). */
 INLINE REAL3 beside_surface(__global const PrimitiveRecord* primitives, INT primitive, REAL3 position, REAL3 normal,
                             REAL3 direction) {
@@ -58,7 +58,7 @@ INLINE REAL3 smooth_normal(__global const float* record, INT at, INT flags, REAL
 
 #if HAS_TEXTURE
 #if HAS_ROUND
-/* Of spheres, disks and cylinders. along: as of curved_normal */
+/* Writes the texture coordinates of spheres, disks and cylinders. along: as of curved_normal */
 INLINE void round_coordinates(__global const float* record, INT at, INT flags, REAL3 position, REAL3 normal, REAL along,
                               REAL texture[2]) {
   const MASK sphere = (flags & PRIMITIVE_SPHERE) != 0, cylinder = (flags & PRIMITIVE_CYLINDER) != 0,
@@ -87,8 +87,8 @@ INLINE void flat_coordinates(__global const float* record, INT at, REAL u, REAL 
 }
 #endif
 
-/* Where the first texture coordinate grows, the second staying the same: dp/du, as in Mitsuba; of any length, and not 0
- * but at a sphere's poles and a disk's centre. normal: geometric. */
+/* The direction in which the first texture coordinate grows, the second staying the same: dp/du, as in Mitsuba; of
+ * any length, and not 0 but at a sphere's poles and a disk's centre. normal: geometric. */
 INLINE REAL3 surface_tangent(__global const PrimitiveRecord* primitives, INT primitive, REAL3 position, REAL3 normal) {
   __global const float* record = (__global const float*)primitives;
   const INT at = primitive * (int)(sizeof(PrimitiveRecord) / sizeof(float));

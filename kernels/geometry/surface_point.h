@@ -8,7 +8,7 @@ INLINE REAL3 gather_vector(__global const float* from, INT at) {
   return make3(GATHER(from, at), GATHER((from + 1), at), GATHER((from + 2), at));
 }
 
-/* Where the row of one of each lane's surfaces begins, chosen by area; 0 where it has none. */
+/* The beginning of the row of one of each lane's surfaces, chosen by area; 0 where the lane has none. */
 INLINE INT choose_surface(__global const float* tables, INT first, INT count, REAL choice) {
   Lanes surfaces, table, u, row;
   surfaces.integer = count;

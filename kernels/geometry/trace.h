@@ -275,7 +275,7 @@ INLINE float3 out_of_curved(__global const PrimitiveRecord* primitive, float3 po
   return from - dot(from, dual) / dot(dual, dual) * dual;
 }
 
-/* Where the ray meets a round primitive, computed on it. */
+/* The point where the ray meets a round primitive, computed on the primitive. */
 INLINE float3 position_on_round(__global const PrimitiveRecord* primitive, Ray ray, Found* found) {
   const float3 along = ray.origin + found->t * ray.direction;
   const float3 n = (float3)(primitive->normal[0], primitive->normal[1], primitive->normal[2]);
@@ -287,7 +287,7 @@ INLINE float3 position_on_round(__global const PrimitiveRecord* primitive, Ray r
   return along - dot(along - vertex_of(found->lane, BLOCK_CENTER), n) * n;
 }
 
-/* What the walks of WIDTH rays need and depends on the rays and the bounds of the geometry alone. */
+/* The data of the walks of WIDTH rays that depend on the rays and the bounds of the geometry alone. */
 typedef struct {
   /* Origin; of rays from outside where they meet the bounds: the tests' rounding errors grow with its coordinates. */
   Lanes ox, oy, oz;
@@ -402,7 +402,7 @@ __attribute__((always_inline)) INLINE int keep_children(__global const float* no
   return (int)(uint)nearest;
 }
 
-/* What a walk from `setup`'s origin has found. */
+/* The hit that a walk from `setup`'s origin has found. */
 __attribute__((always_inline)) INLINE Hit hit_of(Surfaces surfaces, const RaySetup* setup, int l, Ray ray,
                                                  Found* found) {
   Hit hit;

@@ -10,11 +10,11 @@
 #include "scattering/phase_score.h"
 #include "geometry/surface_frame.h"
 
-/* Where a connection begins, and the factors that its own path has there: a passage through a medium, a change of direction
- * by its phase function, a surface. Those of which `medium`, `phase` or `surface` is null are not there. */
+/* The beginning of a connection, and the factors that its own path has there: a passage through a medium, a change
+ * of direction by its phase function, a surface. A factor with a null `medium`, `phase` or `surface` is absent. */
 typedef struct {
   const Medium* medium;
-  REAL passage[FIELD_CHANNELS]; /* thickness */
+  REAL passage[FIELD_CHANNELS]; /* column density */
 #if VOXEL_SUMS
   REAL3 from, direction; /* of the passage: its random numbers are those of segment 1 */
   REAL distance;
@@ -48,37 +48,38 @@ INLINE void add_connection_start(__global const JobRecord* job, Scores* scores, 
 
 #if ADJOINT
 #define PASSAGES (MEDIA * FIELD_CHANNELS)
-/* A connection's own factors weigh what it brings, and nothing else. through: thickness of each medium on the way, FIELD_CHANNELS each */
-INLINE void pull_connection(const Launch* launch, __global const JobRecord* job, const Pool* pool, INT slots,
-                            const Random* random, MASK mask, const REAL arriving[], const ConnectionStart* start,
-                            const Lanes through[]) {
+/* A connection's own factors weigh what it brings, and nothing else. through: column density of each medium on the
+ * way, FIELD_CHANNELS each */
+INLINE void add_connection_adjoint(const Launch* launch, __global const JobRecord* job, const Pool* pool, INT slots,
+                                   const Random* random, MASK mask, const REAL arriving[], const ConnectionStart* start,
+                                   const Lanes through[]) {
   REAL weight[RADIANCE_CHANNELS];
-  UNROLL_FOR(int c = 0; c < RADIANCE_CHANNELS; ++c) weight[c] = arriving[c] * LOAD(pool, PULL + c, slots);
+  UNROLL_FOR(int c = 0; c < RADIANCE_CHANNELS; ++c) weight[c] = arriving[c] * LOAD(pool, PIXEL_ADJOINT + c, slots);
 #if VOXEL_SUMS
   if (start->medium)
     sum_way_by_voxels(launch, job, pool, slots, start->medium, random, 1, start->from, start->direction,
                       start->distance, mask & start->mask, weight);
   if (start->phase)
-    sum_turn_by_voxels(launch, job, pool, slots, start->phase, start->cosine, mask & start->mask, weight);
+    sum_phase_by_voxels(launch, job, pool, slots, start->phase, start->cosine, mask & start->mask, weight);
 #endif
   Scores own = no_scores();
-  own.pulled = pulled(weight);
+  own.adjoint = adjoint_sums(weight);
   add_connection_start(job, &own, start);
   if (start->medium) sum_medium(launch, job, pool, slots, &own, start->medium, mask);
   if (start->phase) sum_phase(launch, job, pool, slots, &own, start->phase, mask);
   if (start->surface)
     sum_scores(launch, job, pool, slots, &own, start->model, start->surface->first, start->texture, mask);
   for (int m = 0; m < MEDIA; ++m) {
-    REAL thickness[FIELD_CHANNELS];
+    REAL column_density[FIELD_CHANNELS];
     MASK passes = (MASK)(0);
     UNROLL_FOR(int c = 0; c < FIELD_CHANNELS; ++c) {
-      thickness[c] = through[m * FIELD_CHANNELS + c].real;
-      passes = passes | (mask & (thickness[c] > 0.0f));
+      column_density[c] = through[m * FIELD_CHANNELS + c].real;
+      passes = passes | (mask & (column_density[c] > 0.0f));
     }
     if (!ANY(passes)) continue;
     const Medium medium = load_medium(launch, (INT)(m));
-    own.pulled = pulled(weight);
-    add_passage(job, &own, &medium, thickness, passes);
+    own.adjoint = adjoint_sums(weight);
+    add_passage(job, &own, &medium, column_density, passes);
     sum_medium(launch, job, pool, slots, &own, &medium, passes);
   }
 }
@@ -86,13 +87,13 @@ INLINE void pull_connection(const Launch* launch, __global const JobRecord* job,
 #define PASSAGES SCORES
 #endif
 
-/* What lies between the connection and the light. */
+/* Everything that lies between the connection and the light. */
 typedef struct {
   Lanes depth[THROUGHPUT_CHANNELS]; /* optical */
 #if HAS_FIELDS
-  REAL dimming[THROUGHPUT_CHANNELS]; /* transmittance of media with fields */
+  REAL transmittance[THROUGHPUT_CHANNELS]; /* of media with fields */
 #endif
-  Lanes through[PASSAGES + 1]; /* thickness of the medium of each score of sigma_t, or of each medium */
+  Lanes through[PASSAGES + 1]; /* column density of the medium of each score of sigma_t, or of each medium */
   uint reached;                /* lanes that nothing blocks */
 #if HAS_PASSAGES
   REAL share;              /* of the light that structures on the way let pass */
@@ -139,31 +140,31 @@ INLINE void pass_way(const Launch* launch, __global const JobRecord* job, Obstac
 #endif
 
 #if HAS_FIELDS
-/* Lanes of a connection in `direction` pass it. segment: how many ways there were before; pulled_weight: as of
+/* Lanes of a connection in `direction` pass it. segment: how many ways there were before; adjoint_weight: as of
  * follow_connection */
 INLINE void pass_fields(const Launch* launch, __global const JobRecord* job, const Pool* pool, INT slots,
                         Obstacles* way, const Random* random, int segment, REAL3 direction, const FieldPassage* p,
-                        const REAL pulled_weight[]) {
+                        const REAL adjoint_weight[]) {
   const MASK mask = lane_mask(p->lanes);
   const REAL3 from = make3(p->x.real, p->y.real, p->z.real);
   const INT index = SELECT_INT(mask, p->medium.integer, 0);
   const Medium medium = load_medium(launch, index);
-  if (pulled_weight) { /* what it passes is known already */
+  if (adjoint_weight) { /* what it passes is known already */
     sum_way_by_voxels(launch, job, pool, slots, &medium, random, segment + 1, from, direction, p->distance.real, mask,
-                      pulled_weight);
+                      adjoint_weight);
     return;
   }
-  REAL through[THROUGHPUT_CHANNELS], thickness[FIELD_CHANNELS];
-  medium_dimming(launch, &medium, random, segment, from, direction, p->distance.real, mask, through);
-  UNROLL_FOR(int c = 0; c < THROUGHPUT_CHANNELS; ++c) way->dimming[c] *= SELECT(mask, through[c], 1.0f);
-  medium_thickness(launch, &medium, random, segment + 1, from, direction, p->distance.real, mask, thickness);
+  REAL through[THROUGHPUT_CHANNELS], column_density[FIELD_CHANNELS];
+  segment_transmittance(launch, &medium, random, segment, from, direction, p->distance.real, mask, through);
+  UNROLL_FOR(int c = 0; c < THROUGHPUT_CHANNELS; ++c) way->transmittance[c] *= SELECT(mask, through[c], 1.0f);
+  segment_column_density(launch, &medium, random, segment + 1, from, direction, p->distance.real, mask, column_density);
   UNROLL_FOR(int k = 0; k < SCORES; ++k)
     if (is_of_extinction(k))
       way->through[k].real += SELECT(mask & (medium.first - job->first_number == carried[k].first),
-                                     thickness[FIELD_CHANNELS == 3 ? carried[k].channel : 0], 0.0f);
+                                     column_density[FIELD_CHANNELS == 3 ? carried[k].channel : 0], 0.0f);
 #if ADJOINT
   Lanes own[FIELD_CHANNELS];
-  UNROLL_FOR(int c = 0; c < FIELD_CHANNELS; ++c) own[c].real = thickness[c];
+  UNROLL_FOR(int c = 0; c < FIELD_CHANNELS; ++c) own[c].real = column_density[c];
   FOR_EACH_LANE(l, p->lanes)
     UNROLL_FOR(int c = 0; c < FIELD_CHANNELS; ++c)
       way->through[p->medium.i[l] * FIELD_CHANNELS + c].f[l] += own[c].f[l];
@@ -184,7 +185,7 @@ INLINE float pass_boundary(__global const PrimitiveRecord* primitive, float3 d, 
   return facing;
 }
 
-/* Where connections are on their way. */
+/* The state of connections on their way. */
 typedef struct {
   Lanes x, y, z, dx, dy, dz; /* d: direction */
   Lanes left;                /* distance to the light */
@@ -245,7 +246,7 @@ INLINE bool follow_lane(const Launch* launch, __global const JobRecord* job, Fol
 }
 
 #if HAS_PASSAGES
-/* Where connections meet structures that let a share of the light pass straight on. */
+/* The places where connections meet structures that let a share of the light pass straight on. */
 typedef struct {
   INT surface, first; /* of the program; of the numbers */
   REAL3 wi; /* as paths see it that come from the light's side or from the other: shares are the same for both */
@@ -273,10 +274,10 @@ INLINE Passage find_passage(const Launch* launch, __global const JobRecord* job,
   return p;
 }
 
-/* What the lanes at structures of one kind pass on: their share, and their scores. pulled: of a replay, what they weigh; else
- * null. */
+/* Computes what the lanes at structures of one kind pass on: their share, and their scores. adjoint_weight: of a
+ * replay, what they weigh; else null. */
 INLINE void pass_structure(int surface, int model, const Launch* launch, __global const JobRecord* job,
-                           const Pool* pool, INT slots, const Passage* p, const REAL pulled_weight[], Obstacles* way,
+                           const Pool* pool, INT slots, const Passage* p, const REAL adjoint_weight[], Obstacles* way,
                            REAL* share) {
   const MASK here = p->surface == surface;
   if (!ANY(here)) return;
@@ -289,9 +290,9 @@ INLINE void pass_structure(int surface, int model, const Launch* launch, __globa
   UNROLL_FOR(int k = 0; k < SCORES; ++k)
     if (carried[k].model == model) way->passed[k] += SELECT(passes, step_of(job, k, &step), 0.0f);
 #if ADJOINT
-  if (pulled_weight == 0) return;
+  if (adjoint_weight == 0) return;
   Scores own = no_scores();
-  own.pulled = pulled(pulled_weight);
+  own.adjoint = adjoint_sums(adjoint_weight);
   add_scores(job, &own, model, n, &step, false);
   sum_scores(launch, job, pool, slots, &own, model, p->first, p->texture, passes);
 #endif
@@ -304,7 +305,7 @@ INLINE Obstacles no_obstacles() {
   UNROLL_FOR(int k = 0; k < PASSAGES; ++k) way.through[k].real = (REAL)(0.0f);
   UNROLL_FOR(int c = 0; c < THROUGHPUT_CHANNELS; ++c) way.depth[c].real = (REAL)(0.0f);
 #if HAS_FIELDS
-  UNROLL_FOR(int c = 0; c < THROUGHPUT_CHANNELS; ++c) way.dimming[c] = (REAL)(1.0f);
+  UNROLL_FOR(int c = 0; c < THROUGHPUT_CHANNELS; ++c) way.transmittance[c] = (REAL)(1.0f);
 #endif
   way.reached = 0;
 #if HAS_PASSAGES
@@ -314,14 +315,14 @@ INLINE Obstacles no_obstacles() {
   return way;
 }
 
-/* What structures that connections meet pass on. Returns the lanes in which something passes. */
+/* Computes what structures that connections meet pass on. Returns the lanes in which something passes. */
 INLINE uint pass_structures(const Launch* launch, __global const JobRecord* job, const Pool* pool, INT slots, MASK mask,
-                            const LaneHits* hits, REAL3 to, const REAL pulled_weight[], Obstacles* way) {
+                            const LaneHits* hits, REAL3 to, const REAL adjoint_weight[], Obstacles* way) {
 #if HAS_PASSAGES
   REAL share = (REAL)(0.0f);
   const Passage at_structure = find_passage(launch, job, mask, hits, to);
 #define PASS_STRUCTURE(surface, name, variant) \
-  pass_structure(surface, MODEL_##name, launch, job, pool, slots, &at_structure, pulled_weight, way, &share);
+  pass_structure(surface, MODEL_##name, launch, job, pool, slots, &at_structure, adjoint_weight, way, &share);
   PASSED_SURFACES(PASS_STRUCTURE)
   way->share *= SELECT(share > 0.0f, share, 1.0f);
   return lane_bits(share > 0.0f);
@@ -331,10 +332,10 @@ INLINE uint pass_structures(const Launch* launch, __global const JobRecord* job,
 }
 
 /* Follows connections: from `from` in `medium`, standing on primitive `skip`, towards `to` over `distance`; FAR_AWAY: out of
- * the scene. random: of the event; pulled_weight: of a replay, for what lets light pass straight on; else null. */
+ * the scene. random: of the event; adjoint_weight: of a replay, for what lets light pass straight on; else null. */
 INLINE Obstacles follow_connection(const Launch* launch, __global const JobRecord* job, const Pool* pool, INT slots,
                                    const Random* random, MASK mask, REAL3 from, REAL3 to, REAL distance, INT skip,
-                                   INT medium, const REAL pulled_weight[]) {
+                                   INT medium, const REAL adjoint_weight[]) {
   const Surfaces surfaces = job_surfaces(launch, job);
   Obstacles way = no_obstacles();
   Follower f = begin_connection(from, to, distance, skip, medium);
@@ -346,7 +347,7 @@ INLINE Obstacles follow_connection(const Launch* launch, __global const JobRecor
         trace_lanes(surfaces, make3(f.x.real, f.y.real, f.z.real), to, HAS_LIGHTS ? f.left.real : (REAL)(INFINITY),
                     f.stands_on.integer, f.in.integer >= 0, passed, mask);
     passed = mask;
-    const uint open = pass_structures(launch, job, pool, slots, mask, &hits, to, pulled_weight, &way);
+    const uint open = pass_structures(launch, job, pool, slots, mask, &hits, to, adjoint_weight, &way);
     uint next = 0;
     ++segment;
 #if HAS_FIELDS
@@ -356,7 +357,7 @@ INLINE Obstacles follow_connection(const Launch* launch, __global const JobRecor
       if (follow_lane(launch, job, &f, &way, l, &hits, (open & (1u << l)) != 0)) next |= 1u << l;
     }
 #if HAS_FIELDS
-    if (f.fields.lanes) pass_fields(launch, job, pool, slots, &way, random, segment, to, &f.fields, pulled_weight);
+    if (f.fields.lanes) pass_fields(launch, job, pool, slots, &way, random, segment, to, &f.fields, adjoint_weight);
 #endif
     bits = next;
     mask = mask & lane_mask(next);
@@ -379,7 +380,7 @@ INLINE void add_connection(const Launch* launch, __global const JobRecord* job, 
     const int t = THROUGHPUT_CHANNELS == 1 ? 0 : c;
     REAL transmittance = EXP(-way.depth[t].real);
 #if HAS_FIELDS
-    transmittance *= way.dimming[t];
+    transmittance *= way.transmittance[t];
 #endif
 #if HAS_PASSAGES
     transmittance *= way.share;
@@ -399,10 +400,11 @@ INLINE void add_connection(const Launch* launch, __global const JobRecord* job, 
   gather_radiance(launch, job, pool, slots, lit, arriving, &there);
 #if ADJOINT
   if (job->replay == REPLAY_SUMS) {
-    pull_connection(launch, job, pool, slots, random, lit, arriving, start, way.through);
+    add_connection_adjoint(launch, job, pool, slots, random, lit, arriving, start, way.through);
 #if HAS_PASSAGES || VOXEL_SUMS
     REAL weight_of_all[RADIANCE_CHANNELS];
-    UNROLL_FOR(int c = 0; c < RADIANCE_CHANNELS; ++c) weight_of_all[c] = arriving[c] * LOAD(pool, PULL + c, slots);
+    UNROLL_FOR(int c = 0; c < RADIANCE_CHANNELS; ++c)
+      weight_of_all[c] = arriving[c] * LOAD(pool, PIXEL_ADJOINT + c, slots);
     follow_connection(launch, job, pool, slots, random, lit, from, light->source.direction, light->distance, skip,
                       medium, weight_of_all);
 #endif

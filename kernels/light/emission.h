@@ -13,8 +13,8 @@
 #include "program/scores.h"
 
 #if LIGHT_TEXELS
-/* To the texels of pictures that tint lights, and to the sums of these numbers. x: pull times what a texel's change is
- * multiplied by; first: of each lane's light, -1: it has no picture. */
+/* To the texels of pictures that tint lights, and to the sums of these numbers. x: adjoint times what a texel's change
+ * is multiplied by; first: of each lane's light, -1: it has no picture. */
 INLINE void add_to_pictures(const Launch* launch, __global const JobRecord* job, const Pool* pool, INT slots, MASK mask,
                             INT first, const REAL uv[2], const REAL x[RADIANCE_CHANNELS]) {
   Lanes number, set, u, v;
@@ -50,7 +50,7 @@ INLINE void gather_light_texels(const Launch* launch, __global const JobRecord* 
   REAL rgb[3], x[RADIANCE_CHANNELS];
   light_colour(launch, light, rgb);
   UNROLL_FOR(int c = 0; c < RADIANCE_CHANNELS; ++c)
-    x[c] = LOAD(pool, PULL + c, slots) * weight[c] * rgb[c] * source->plain;
+    x[c] = LOAD(pool, PIXEL_ADJOINT + c, slots) * weight[c] * rgb[c] * source->plain;
   add_to_pictures(launch, job, pool, slots, mask & (source->index >= 0), first, source->uv, x);
 }
 #endif
@@ -71,7 +71,7 @@ INLINE void gather_environment_texels(const Launch* launch, __global const JobRe
     texel.integer = record->gradient + which[k];
     UNROLL_FOR(int c = 0; c < RADIANCE_CHANNELS; ++c) {
       LongLanes sum;
-      sum.integer = rounded(LOAD(pool, PULL + c, slots) * weight[c] * record->radiance[c] * share[k], &beyond);
+      sum.integer = rounded(LOAD(pool, PIXEL_ADJOINT + c, slots) * weight[c] * record->radiance[c] * share[k], &beyond);
       FOR_EACH_LANE(l, bits) add_to_texel(launch, texel.i[l], c, sum.i[l]);
     }
   }
@@ -112,7 +112,7 @@ INLINE void gather_light_derivatives(const Launch* launch, __global const JobRec
 #endif
 #if ADJOINT
     UNROLL_FOR(int c = 0; c < RADIANCE_CHANNELS; ++c) rgb[c] *= weight[c] * launch->derivatives[p].factor[c];
-    pull_light(launch, job, pool, slots, mask, p, rgb);
+    add_light_adjoint(launch, job, pool, slots, mask, p, rgb);
 #else
     UNROLL_FOR(int c = 0; c < RADIANCE_CHANNELS; ++c) {
       const int field = DERIVATIVE + parts[p].image * RADIANCE_CHANNELS + c;

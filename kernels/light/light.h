@@ -7,7 +7,7 @@
 #include "geometry/surface_point.h"
 #include "shared/light_layout.h"
 
-/* Where light comes from: a light of the scene, or around it. */
+/* A source of light: a light of the scene, or the light around it. */
 typedef struct {
   INT index;       /* of the launch's lights; -1: around the scene, from `direction` */
   REAL share[3];   /* times its colour it is what arrives */
@@ -45,7 +45,7 @@ typedef struct {
 #define LIGHT_MEMBER(launch, member) ((__global const float*)(launch)->lights + FIELD_OF(LightRecord, member))
 #define LIGHT_MEMBER_INT(launch, member) ((__global const int*)(launch)->lights + FIELD_OF(LightRecord, member))
 
-/* Where the cumulative shares of the job's lights begin for what is at `from`. */
+/* The index where the cumulative shares of the job's lights begin for what is at `from`. */
 INLINE INT light_chances(__global const JobRecord* job, REAL3 from) {
   const REAL at[3] = {from.x, from.y, from.z};
   INT cell = (INT)(0);
@@ -112,10 +112,10 @@ INLINE void light_colour(const Launch* launch, INT light, REAL rgb[3]) {
   UNROLL_FOR(int c = 0; c < 3; ++c) rgb[c] = GATHER((launch->numbers + c), first);
 }
 
-/* Where LIGHT_TINTED, the first of the numbers that tint the colour. */
+/* The slot of LIGHT_TINTED, the first of the numbers that tint the colour. */
 #define LIGHT_TINT_SLOT 3
 
-/* What tints a light at (u, v) of its picture: first: of its numbers. */
+/* The tint of a light at (u, v) of its picture. first: of its numbers */
 INLINE void light_tint(const Launch* launch, INT first, const REAL uv[2], REAL rgb[3]) {
   UNROLL_FOR(int c = 0; c < 3; ++c) rgb[c] = GATHER((launch->numbers + LIGHT_TINT_SLOT + c), first);
 #if HAS_TEXTURE
@@ -145,7 +145,7 @@ INLINE void light_tint(const Launch* launch, INT first, const REAL uv[2], REAL r
 #define REMEMBER_PLAIN(is, own_share, uv)
 #endif
 
-/* What each lane's light brings to `from`: see model/light/list.h. */
+/* Computes what each lane's light brings to `from`: see model/light/list.h. */
 INLINE void light_arrives(const Launch* launch, INT light, REAL3 from, REAL3 on, REAL3 normal, const REAL on_uv[2],
                           LightSource* source, REAL* distance, MASK* on_shape) {
   REAL nowhere[TEXTURE_PLACE];
@@ -176,7 +176,7 @@ INLINE void light_arrives(const Launch* launch, INT light, REAL3 from, REAL3 on,
 }
 
 #if HAS_SCREENS
-/* What the texture of each lane's light shows at (u, v), where it is a shape with one. */
+/* The colour that the texture of each lane's light shows at (u, v), where the light is a shape with one. */
 INLINE void screen_colour(const Launch* launch, INT light, const REAL uv[2], REAL rgb[3]) {
   const INT model = GATHER_INT(LIGHT_MEMBER_INT(launch, model), light * LIGHT_WORDS);
   const INT first = GATHER_INT(LIGHT_MEMBER_INT(launch, first_number), light * LIGHT_WORDS);
@@ -207,7 +207,7 @@ INLINE MASK is_parallel(const Launch* launch, INT light) {
   return parallel & (light >= 0);
 }
 
-/* How often it is sampled at `from`, as in media. */
+/* The probability with which a light is sampled at `from`, as in media. */
 INLINE REAL chance_of_light(const Launch* launch, __global const JobRecord* job, REAL3 from, INT light) {
   return job->light_share * light_chance(launch, light_chances(job, from), max(light - job->first_light, 0));
 }

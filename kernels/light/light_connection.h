@@ -143,9 +143,10 @@ INLINE REAL refracted_pdf(const AssumedBoundary* b, REAL3 guess, REAL3 light, RE
 #if HAS_AIMED_SHAPES
 /* Density of the connection through an exit (stage/connect.h) to a point that shines, over that of sampling light at the exit,
  * where the path has gone that way. */
-INLINE REAL aimed_rival(const Launch* launch, __global const JobRecord* job, const Pool* pool, INT slots, MASK mask,
-                        REAL3 place, const LightSource* source) {
-  const MASK from_exit = mask & (LOAD(pool, RIVAL, slots) < 0.0f) & is_reached(launch, source->index, LIGHT_AIMED_AT);
+INLINE REAL aimed_competing_pdf(const Launch* launch, __global const JobRecord* job, const Pool* pool, INT slots,
+                                MASK mask, REAL3 place, const LightSource* source) {
+  const MASK from_exit =
+      mask & (LOAD(pool, LAST_PDF_DIVISOR, slots) < 0.0f) & is_reached(launch, source->index, LIGHT_AIMED_AT);
   if (!ANY(from_exit)) return (REAL)(0.0f);
   const REAL3 vertex = load3(pool, EXIT_VERTEX, slots), exit = load3(pool, ORIGIN, slots);
   const REAL3 way = sub3(exit, vertex), inward = scale3(way, 1.0f / SQRT(MAX(dot3(way, way), (REAL)(1e-20f))));

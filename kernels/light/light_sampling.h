@@ -25,7 +25,7 @@ INLINE int candidates_around(__global const EnvironmentRecord* environment) {
   return environment->sun_pdf > 0 ? 1 : MAP_CANDIDATES;
 }
 
-/* How often the light around the scene is sampled where lights of the scene are, too. */
+/* The probability of sampling the light around the scene, where the scene has lights, too. */
 INLINE REAL share_around(__global const JobRecord* job, MASK at_surface) {
 #if HAS_LIGHTS
   return SELECT(at_surface, job->light_share < 1.0f ? 1.0f : 0.0f, 1.0f - job->light_share);
@@ -74,8 +74,8 @@ INLINE MASK sample_light_around(const Launch* launch, __global const JobRecord* 
 }
 
 #if HAS_LIGHTS
-/* What a light of the scene brings to a place, from the point `on` of it where it is a shape (normal and uv there). chance: with
- * which it was picked. Returns for which lanes it brings something. */
+/* Computes what a light of the scene brings to a place, from the point `on` of it if it is a shape (normal and uv
+ * there). chance: the probability with which it was picked. Returns for which lanes it brings something. */
 INLINE MASK light_from_point(const Launch* launch, INT light, REAL3 on, REAL3 normal, const REAL uv[], REAL3 from,
                              REAL chance, LightSample* s) {
   MASK on_shape;

@@ -15,7 +15,8 @@ struct Refusal {
 };
 inline constexpr double least_alpha = 1e-4; /* smaller roughness is rendered as this one, as in Mitsuba */
 
-/* Of numbers that are factors of a path's throughput: their score, 1 / value, is not defined where they are 0. */
+/* The obstacle of numbers that are factors of a path's throughput: their score, 1 / value, is not defined where they
+ * are 0. */
 inline const char* unless_zero(double value) {
   if (value == 0) return "0: the paths that a change would bring have no probability; start from a small value";
   return value < 1e-30 ? "below 1e-30, where single precision loses its score; start from a larger value"

@@ -1,5 +1,5 @@
-/* What the principled BSDFs share: the lobes of Burley's model as Mitsuba 3 has it ("principled", "principledthin"),
- * and the numbers that all of them have.
+/* Common code of the principled BSDFs: the lobes of Burley's model as Mitsuba 3 has it ("principled",
+ * "principledthin"), and the numbers that all of them have.
  *
  *   w(c) = (1 - c)^5, Schlick's weight; c: cosine of incidence on the denser side
  *   base      base_color / pi cos wo ((1 - flatness) (f_d + f_r) + flatness f_s) [1/sr], with Fi = w(wi.z), Fo =
@@ -126,7 +126,7 @@ MODEL clearcoat_value(REAL gloss, REAL eta, REAL3 wi, REAL3 wo, REAL3 h, REAL co
          ggx_shadowing(wo, NUMBER(0.25)) * wo.z;
 }
 
-/* Of mirror images at clearcoat_sample's normals [1/sr] */
+/* The density of mirror images at clearcoat_sample's normals [1/sr] */
 MODEL clearcoat_density(REAL gloss, REAL3 h, REAL cosine) {
   return clearcoat_normals(h, clearcoat_alpha(gloss)) * h.z / (NUMBER(4) * MAX(cosine, NUMBER(1e-9)));
 }
@@ -146,7 +146,7 @@ inline Refusal no_sampling_refusal(const char* parameter, double rates) {
   if (rates > 0) return {};
   return {parameter, "and the other sampling rates sum to", rates, "need one that is more than 0"};
 }
-/* Of parameters that are their common numbers. */
+/* The obstacle of parameters that are common numbers of the principled BSDFs. */
 inline const char* principled_common_obstacle(const double* parameters, int slot) {
   if (slot <= LOBES_base_color_last) return unless_zero(parameters[slot]);
   const double alpha = parameters[LOBES_roughness] * parameters[LOBES_roughness];

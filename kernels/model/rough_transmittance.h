@@ -95,10 +95,10 @@ MODEL rough_transmittance_integral(int distribution, REAL alpha, REAL eta, REAL 
   });
 }
 
-/* Of diffuse light: 1 / pi times the integral over facets m and azimuths about m of D(m) G1(wi) G1(wo), wi: with the
- * cosine ci at the facet, wo: its mirror image. Times ci and reflectance of the facet, integrated over ci, it is the
- * light that is mirrored. So the edge of total reflection lies at the end of an integral over ci: a kink inside
- * would spoil its derivatives. */
+/* The share of diffuse light that is mirrored: 1 / pi times the integral over facets m and azimuths about m of D(m)
+ * G1(wi) G1(wo), wi: with the cosine ci at the facet, wo: its mirror image. Times ci and reflectance of the facet,
+ * integrated over ci, it is the light that is mirrored. So the edge of total reflection lies at the end of an integral
+ * over ci: a kink inside would spoil its derivatives. */
 template <class REAL>
 inline REAL mirrored_back(int distribution, REAL alpha, REAL ci) {
   constexpr int facets = 24, azimuths = 12;

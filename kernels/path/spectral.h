@@ -19,7 +19,7 @@ INLINE void spectral_event(MASK mask, const REAL factor[3], REAL weight[3]) {
 }
 #endif
 
-/* Of the path's hero channel. */
+/* The value of the path's hero channel. */
 INLINE REAL of_hero(const REAL of[], INT hero) {
 #if SPECTRAL
   return SELECT(hero == 0, of[0], SELECT(hero == 1, of[1], of[2]));

@@ -1,5 +1,5 @@
-/* Which models the scene at hand has: of one without surfaces and media. Programs get their own in the place of this
- * file (runtime/render/compile/surfaces.h). Lines of the families' lists: MODEL(name, PREFIX). */
+/* The models that the scene at hand has; this file is of a scene without surfaces and media. Programs get their own
+ * in the place of this file (runtime/render/compile/surfaces.h). Lines of the families' lists: MODEL(name, PREFIX). */
 #ifndef ITN_SURFACES_H
 #define ITN_SURFACES_H
 

@@ -149,7 +149,8 @@ BSDF_DISPATCH void step_by_slopes(int model, const REAL n[], REAL d[]) {
 }
 #undef STRUCTURE_CASE
 
-/* What an event adds to the scores of the numbers. first: of the numbers; a BSDF_CASE writes d log f / d n to d. */
+/* The step that an event adds to the scores of the numbers. first: of the numbers; a BSDF_CASE writes d log f / d n
+ * to d. */
 #define BSDF_STEP(CASES)                                                                                               \
   Step step = no_step(first);                                                                                          \
   UNROLL_FOR(int word = 0; HAS_TEXTURE && word < ORIGIN_WORDS; ++word) step.origins[word] = AS_INT(n[ORIGINS + word]); \
@@ -160,7 +161,7 @@ BSDF_DISPATCH void step_by_slopes(int model, const REAL n[], REAL d[]) {
   add_step(&step, d, mask);                                                                                            \
   return step;
 
-/* Of the value. */
+/* The step of the value. */
 #define BSDF_CASE(name, PREFIX) \
   case MODEL_##name: score_##name(variant, n, wi, wo, d); break;
 BSDF_DISPATCH Step bsdf_step(int model, int variant, const REAL n[], INT first, REAL3 wi, REAL3 wo, MASK mask) {
@@ -168,7 +169,7 @@ BSDF_DISPATCH Step bsdf_step(int model, int variant, const REAL n[], INT first, 
 }
 #undef BSDF_CASE
 
-/* Of the share of the light from a chosen direction. */
+/* The step of the share of the light from a chosen direction. */
 #define BSDF_CASE(name, PREFIX) \
   case MODEL_##name: score_##name##_chosen(variant, n, wi, wo, d); break;
 BSDF_DISPATCH Step bsdf_chosen_step(int model, int variant, const REAL n[], INT first, REAL3 wi, REAL3 wo, MASK mask) {
@@ -176,7 +177,7 @@ BSDF_DISPATCH Step bsdf_chosen_step(int model, int variant, const REAL n[], INT 
 }
 #undef BSDF_CASE
 
-/* Of the density of what was decided when wo was drawn. reflected: 1 or 0 */
+/* The step of the density of what was decided when wo was drawn. reflected: 1 or 0 */
 #define BSDF_CASE(name, PREFIX)                                                                           \
   case MODEL_##name:                                                                                      \
     score_##name##_decision(variant, n, wi, name##_outcome(variant, n, wi, wo, reflected), reflected, d); \
@@ -188,7 +189,7 @@ BSDF_DISPATCH Step bsdf_decision_step(int model, int variant, const REAL n[], IN
 #undef BSDF_CASE
 #undef BSDF_STEP
 
-/* Of what weighs a sample of bsdf_draw: pdf, as it said, is 0 where wo was chosen. */
+/* The step of the weight of a sample of bsdf_draw: its pdf is 0 where wo was chosen. */
 BSDF_DISPATCH Step bsdf_sample_step(int model, int variant, const REAL n[], INT first, REAL3 wi, REAL3 wo, REAL pdf,
                                     MASK mask) {
   const int traits = bsdf_traits(model);

@@ -5,8 +5,9 @@
  *   medium_flight        distance to the next scattering, surfaces aside
  *   weigh_medium_flight  spectral weights after it (path/launch.h)
  *   medium_albedo        at a scattering
- *   medium_dimming       transmittance of a way of a connection
- *   medium_thickness     what scores of a way are by: distance, where a medium is the same everywhere
+ *   segment_transmittance   of a way of a connection
+ *   segment_column_density  what scores of a way are by: distance, where a medium is the same everywhere; times sigma_t
+ *                           it is the optical depth
  *   add_medium_flight, add_passage, sum_medium   to scores and baselines
  *   sum_way_by_voxels, sum_scattering_by_voxels, sum_albedo_by_voxels  to the sums by the voxels of a field
  *                                                (derivative/voxel_gradient.h)
@@ -170,28 +171,29 @@ INLINE bool extinction_is_scored(void) {
 
 /* The length of a way that counts for scores by sigma_t: distance times the field on it, an estimate without bias that owes
  * nothing to the flight that took the way. segment: 0 of a flight, else which one of a connection */
-INLINE void medium_thickness(const Launch* launch, const Medium* medium, const Random* random, int segment, REAL3 from,
-                             REAL3 direction, REAL distance, MASK mask, REAL thickness[FIELD_CHANNELS]) {
-  UNROLL_FOR(int c = 0; c < FIELD_CHANNELS; ++c) thickness[c] = distance;
+INLINE void segment_column_density(const Launch* launch, const Medium* medium, const Random* random, int segment,
+                                   REAL3 from, REAL3 direction, REAL distance, MASK mask,
+                                   REAL column_density[FIELD_CHANNELS]) {
+  UNROLL_FOR(int c = 0; c < FIELD_CHANNELS; ++c) column_density[c] = distance;
 #if HAS_FIELDS
   if (!extinction_is_scored()) return;
   const MASK in_field = mask & (medium->field >= 0);
   uint left = lane_bits(in_field);
   if (!left) return;
-  UNROLL_FOR(int c = 0; c < FIELD_CHANNELS; ++c) thickness[c] = SELECT(in_field, 0.0f, distance);
+  UNROLL_FOR(int c = 0; c < FIELD_CHANNELS; ++c) column_density[c] = SELECT(in_field, 0.0f, distance);
   REAL u[4];
-  draw(random, (uint)(STREAM_THICKNESS + segment), u);
+  draw(random, (uint)(STREAM_COLUMN_DENSITY + segment), u);
   while (left) {
     __global const FieldRecord* field;
     const MASK here = next_field(launch, medium->field, &left, &field);
-    field_thickness(launch, field, from, direction, distance, u[0], here, thickness);
+    field_column_density(launch, field, from, direction, distance, u[0], here, column_density);
   }
 #endif
 }
 
 /* Transmittance of a way, a throughput channel each: an estimate where the medium has a field. segment: of the connection */
-INLINE void medium_dimming(const Launch* launch, const Medium* medium, const Random* random, int segment, REAL3 from,
-                           REAL3 direction, REAL distance, MASK mask, REAL through[]) {
+INLINE void segment_transmittance(const Launch* launch, const Medium* medium, const Random* random, int segment,
+                                  REAL3 from, REAL3 direction, REAL distance, MASK mask, REAL through[]) {
 #if HAS_FIELDS
   const MASK in_field = mask & (medium->field >= 0);
   UNROLL_FOR(int c = 0; c < THROUGHPUT_CHANNELS; ++c)
@@ -200,7 +202,8 @@ INLINE void medium_dimming(const Launch* launch, const Medium* medium, const Ran
   while (left) {
     __global const FieldRecord* field;
     const MASK here = next_field(launch, medium->field, &left, &field);
-    field_dimming(launch, field, random, segment, from, direction, distance, medium->n + MEDIUM_sigma_t, here, through);
+    field_transmittance(launch, field, random, segment, from, direction, distance, medium->n + MEDIUM_sigma_t, here,
+                        through);
   }
 #else
   UNROLL_FOR(int c = 0; c < THROUGHPUT_CHANNELS; ++c)
@@ -208,8 +211,8 @@ INLINE void medium_dimming(const Launch* launch, const Medium* medium, const Ran
 #endif
 }
 
-/* What a way of that thickness adds to the scores of a medium, of the lanes whose medium is of the model: `meets`: it reaches
- * a surface or a light, `scatters`: it ends in a scattering. */
+/* Adds a way of that column density to the scores of a medium, in the lanes whose medium is of the model. `meets`: the
+ * way reaches a surface or a light; `scatters`: it ends in a scattering. */
 #define ADD_WAY(event, mask)                                                   \
   {                                                                            \
     REAL d[MOST_SLOTS * CHANNELS];                                             \
@@ -222,16 +225,16 @@ INLINE void medium_dimming(const Launch* launch, const Medium* medium, const Ran
   UNROLL_FOR(int c = 0; c < 3; ++c) {                                            \
     REAL own[MOST_SLOTS * CHANNELS];                                             \
     UNROLL_FOR(int i = 0; i < MOST_SLOTS * CHANNELS; ++i) own[i] = (REAL)(0.0f); \
-    event(medium->n, thickness[c], own);                                         \
+    event(medium->n, column_density[c], own);                                    \
     UNROLL_FOR(int i = c; i < MOST_SLOTS * CHANNELS; i += 3) d[i] = own[i];      \
   }
 #else
-#define SCORES_OF_WAY(event) event(medium->n, thickness[0], d);
+#define SCORES_OF_WAY(event) event(medium->n, column_density[0], d);
 #endif
 
 /* A flight, to the scores and to the baseline: see add_flight. */
 INLINE void add_medium_flight(const Launch* launch, __global const JobRecord* job, const Pool* pool, INT slots,
-                              Scores* scores, Baseline* baseline, const Medium* medium, const REAL thickness[],
+                              Scores* scores, Baseline* baseline, const Medium* medium, const REAL column_density[],
                               MASK meets, MASK scatters, const REAL weight[], INT state) {
 #define ADD_MEDIUM_FLIGHT(name, PREFIX)                                                                    \
   {                                                                                                        \
@@ -244,8 +247,8 @@ INLINE void add_medium_flight(const Launch* launch, __global const JobRecord* jo
 }
 
 /* A passage of a connection, to the scores. */
-INLINE void add_passage(__global const JobRecord* job, Scores* scores, const Medium* medium, const REAL thickness[],
-                        MASK mask) {
+INLINE void add_passage(__global const JobRecord* job, Scores* scores, const Medium* medium,
+                        const REAL column_density[], MASK mask) {
 #define ADD_PASSAGE(name, PREFIX)                                  \
   {                                                                \
     Step step = no_step(medium->first);                            \
@@ -263,18 +266,18 @@ INLINE void sum_medium(const Launch* launch, __global const JobRecord* job, cons
   MEDIA_OF_SCENE(SUM_MEDIUM)
 }
 
-/* Replay: a way through a medium, to the sums by voxels. segment: as of medium_thickness; pulled: what is pulled for
+/* Replay: a way through a medium, to the sums by voxels. segment: as of segment_column_density; adjoint: that of
  * what comes over it, in each channel of the radiance */
 INLINE void sum_way_by_voxels(const Launch* launch, __global const JobRecord* job, const Pool* pool, INT slots,
                               const Medium* medium, const Random* random, int segment, REAL3 from, REAL3 direction,
-                              REAL distance, MASK mask, const REAL pulled[]) {
+                              REAL distance, MASK mask, const REAL adjoint[]) {
 #if VOXEL_SUMS
   uint left = lane_bits(mask & (medium->field >= 0));
   if (!left) return;
   REAL u[4], x[RADIANCE_CHANNELS];
-  draw(random, (uint)(STREAM_THICKNESS + segment), u);
+  draw(random, (uint)(STREAM_COLUMN_DENSITY + segment), u);
   UNROLL_FOR(int c = 0; c < RADIANCE_CHANNELS; ++c)
-    x[c] = -pulled[c] * medium->n[MEDIUM_sigma_t + (THROUGHPUT_CHANNELS == 1 ? 0 : c)];
+    x[c] = -adjoint[c] * medium->n[MEDIUM_sigma_t + (THROUGHPUT_CHANNELS == 1 ? 0 : c)];
   while (left) {
     __global const FieldRecord* field;
     const MASK here = next_field(launch, medium->field, &left, &field);
@@ -288,7 +291,7 @@ INLINE void sum_way_by_voxels(const Launch* launch, __global const JobRecord* jo
 /* A scattering at `place`, at the end of a flight, which goes to the sums as ways do. */
 INLINE void sum_scattering_by_voxels(const Launch* launch, __global const JobRecord* job, const Pool* pool, INT slots,
                                      const Medium* medium, const Flight* flight, REAL3 place, MASK mask,
-                                     const REAL pulled[]) {
+                                     const REAL adjoint[]) {
   uint left = lane_bits(mask & (medium->field >= 0));
   while (left) {
     __global const FieldRecord* field;
@@ -297,7 +300,7 @@ INLINE void sum_scattering_by_voxels(const Launch* launch, __global const JobRec
     const REAL knee = knee_of(field, mean_sigma_t(medium->n + MEDIUM_sigma_t));
     REAL x[RADIANCE_CHANNELS];
     UNROLL_FOR(int c = 0; c < RADIANCE_CHANNELS; ++c)
-      x[c] = pulled[c] / MAX(flight->there[FIELD_CHANNELS == 3 ? c : 0], knee);
+      x[c] = adjoint[c] / MAX(flight->there[FIELD_CHANNELS == 3 ? c : 0], knee);
     add_to_voxels(launch, job, pool, slots, here, field, place, x);
   }
 }
@@ -305,7 +308,7 @@ INLINE void sum_scattering_by_voxels(const Launch* launch, __global const JobRec
 /* The albedo at a scattering at `place`: the field there, since the number that it is times is 1. */
 INLINE void sum_albedo_by_voxels(const Launch* launch, __global const JobRecord* job, const Pool* pool, INT slots,
                                  const Medium* medium, REAL3 place, const REAL albedo[], MASK mask,
-                                 const REAL pulled[]) {
+                                 const REAL adjoint[]) {
   uint left = lane_bits(mask & (medium->albedo_field >= 0));
   while (left) {
     __global const FieldRecord* field;
@@ -313,18 +316,18 @@ INLINE void sum_albedo_by_voxels(const Launch* launch, __global const JobRecord*
     if (field->gradient < 0) continue;
     REAL x[RADIANCE_CHANNELS];
     UNROLL_FOR(int c = 0; c < RADIANCE_CHANNELS; ++c)
-      x[c] = pulled[c] / MAX(albedo[THROUGHPUT_CHANNELS == 1 ? 0 : c], (REAL)(ALBEDO_KNEE));
+      x[c] = adjoint[c] / MAX(albedo[THROUGHPUT_CHANNELS == 1 ? 0 : c], (REAL)(ALBEDO_KNEE));
     add_to_voxels(launch, job, pool, slots, here, field, place, x);
   }
 }
 #endif
 
-/* What a passage adds to carried[k], which is one: the same whatever sigma_t is. */
-INLINE REAL score_of_passage(int k, REAL thickness) {
+/* The score that a passage adds to carried[k], a score of passages: it is the same whatever sigma_t is. */
+INLINE REAL score_of_passage(int k, REAL column_density) {
   REAL d[MOST_SLOTS * CHANNELS], ones[MOST_SLOTS];
   UNROLL_FOR(int i = 0; i < MOST_SLOTS; ++i) ones[i] = (REAL)(1.0f);
 #define SCORE_OF_PASSAGE(name, PREFIX) \
-  if (carried[k].model == MODEL_##name) score_##name##_passage(ones, thickness, d);
+  if (carried[k].model == MODEL_##name) score_##name##_passage(ones, column_density, d);
   MEDIA_OF_SCENE(SCORE_OF_PASSAGE)
   return d[carried[k].slot * CHANNELS + (CHANNELS == 1 ? 0 : carried[k].channel)];
 }

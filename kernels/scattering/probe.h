@@ -40,7 +40,7 @@ INLINE REAL room_on_way(const Launch* launch, __global const FieldRecord* field,
   return room;
 }
 
-/* What a path knows of its probe. */
+/* The state of a path's probe. */
 typedef struct {
   REAL passed; /* sum over the flights so far */
   REAL target; /* the flight that reaches it becomes the probe; infinite: none will */
@@ -64,7 +64,8 @@ INLINE void store_probe_state(const Pool* pool, INT slots, const ProbeState* s) 
   STORE(pool, PROBE_TARGET, slots, s->target);
 }
 
-/* Of a flight over `distance`. throughput: before it. The event of those that become probes is another from here on. */
+/* Chooses the probe of a flight over `distance`. throughput: before it. The event of lanes that become probes is
+ * another from here on. */
 INLINE Probe choose_probe(const Launch* launch, __global const JobRecord* job, const Medium* medium, Random* random,
                           ProbeState* s, REAL3 from, REAL3 direction, REAL distance, REAL throughput, MASK mask) {
   Probe p;

@@ -1,4 +1,4 @@
-/* How models declare what they are made of. A model is one file in model/<family>/ and one line in that folder's
+/* The declarations of models. A model is one file in model/<family>/ and one line in that folder's
  * list.h.
  *
  *   PREFIX_NUMBERS(NUMBER)         what the formulas take, in the order of the array n that they get:
@@ -40,7 +40,8 @@
  *   ROLE_TINT      of a light, what multiplies its colour; differentiated by texels alone */
 enum { ROLE_FACTOR, ROLE_DENSITY, ROLE_INDEX, ROLE_FIXED, ROLE_NORMAL, ROLE_BUMP, ROLE_TINT };
 
-/* What gradients by replay are taken by (derivative/adjoint.h), so that all are of order 1: d coordinate = d number / scale.
+/* The coordinates by which gradients by replay are taken (derivative/adjoint.h), so that all are of order 1: d
+ * coordinate = d number / scale.
  *   COORDINATE_LOG      scale: the number, which is positive
  *   COORDINATE_COSINE   scale: 1 - number^2, of a number in (-1, 1)
  *   COORDINATE_ITSELF   scale: 1, of a number of either sign and of order 1 */

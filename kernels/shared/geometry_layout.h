@@ -1,5 +1,5 @@
-/* How surfaces lie in memory: the same for host and device. A scene's geometry is four arrays and one GeometryRecord;
- * several geometries can share the arrays, each with its own record (the first_... members).
+/* The layout of surfaces in memory, the same for host and device. A scene's geometry is four arrays and one
+ * GeometryRecord; several geometries can share the arrays, each with its own record (the first_... members).
  *
  *   nodes        inner nodes of the bounding volume hierarchy: NODE_ROWS rows of BOX_WIDTH floats, bounds of each
  *                child; the last row holds ints, the children's codes

@@ -1,5 +1,6 @@
-/* What every kernel of the wavefront gets of the scene, in the order of its arguments: ARGUMENT(type, name), global
- * arrays. Kernels, the struct that stages read (path/launch.h) and the host (runtime/render/wavefront) expand this one list. */
+/* The arguments by which every kernel of the wavefront gets the scene, in their order: ARGUMENT(type,
+ * name), global arrays. Kernels, the struct that stages read (path/launch.h) and the host (runtime/render/wavefront)
+ * expand this one list. */
 #ifndef ITN_LAUNCH_ARGUMENTS_H
 #define ITN_LAUNCH_ARGUMENTS_H
 
@@ -14,7 +15,8 @@
 /* texture_axes: of structures with BSDF_BUMPED, where there are some: of each primitive that is a triangle dp/du and dp/dv, in the
  * frame around its normal (model/shading_frame.h).
  * number_textures: beside `numbers`, the texture that takes a number's place, -1: none.
- * futures: [cell][throughput channel] (derivative/baseline.h); visits: of a pilot; pulls, gradient, texel_gradient: derivative/adjoint.h.
+ * futures: [cell][throughput channel] (derivative/baseline.h); visits: of a pilot; pixel_adjoints, gradient,
+ * texel_gradient: derivative/adjoint.h.
  * measured: tables of measured BSDFs (texture/measured.h).
  * samples: SAMPLE_SIZE floats each. misplaced: one count, arrivals at surfaces from the wrong side. endless: one
  * count, paths that were ended though the scene sets no max_depth. */
@@ -39,7 +41,7 @@
   ARGUMENT(const DerivativeRecord, derivatives)   \
   ARGUMENT(const float, futures)                  \
   ARGUMENT(float, visits)                         \
-  ARGUMENT(const float, pulls)                    \
+  ARGUMENT(const float, pixel_adjoints)           \
   ARGUMENT(uint, gradient)                        \
   ARGUMENT(uint, texel_gradient)                  \
   ARGUMENT(float, samples)                        \

@@ -26,7 +26,7 @@ enum {
   LIGHT_SURFACE_SIZE = 16
 };
 
-/* How bodies that refract find a light that stands outside or inside of them:
+/* The ways in which bodies that refract find a light that stands outside or inside of them:
  *   AT_BOUNDARIES   where a path meets their boundary
  *   AIMED_AT        so, and from scattering vertices through rough boundaries (stage/connect.h)
  *   INSIDE          it may stand inside of one: from scattering vertices straight, and at boundaries on both sides */

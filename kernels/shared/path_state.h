@@ -25,14 +25,14 @@
  *   HIT_PLACE         barycentric (triangle), phase etc.: see trace.h
  *   LAST_PDF          see light_sampling.h
  *   TOTAL             derivative/adjoint.h: what the whole path gathers, 0 unless it is replayed
- *   PULL              what its derivatives are weighed with
+ *   PIXEL_ADJOINT     adjoint of its pixel: what its derivatives are weighed with
  *   TOTAL_BASELINE    what BASELINE ends as
  *   PROBE_PLACE, PROBE_FIELD   where it was, -1: nowhere yet
  *   SPECTRAL_WEIGHT, HERO   see path/launch.h
  *   ARRIVAL           waiting in QUEUE_CONNECT: direction of travel before the scattering; on arrival at a boundary:
  *                     where the last flight began
  *   ORIGIN            where the path last changed its direction
- *   RIVAL             what LAST_PDF was divided by for the sun's sake (stage/boundary.h); negative: ORIGIN is an exit
+ *   LAST_PDF_DIVISOR  what LAST_PDF was divided by for the sun's sake (stage/boundary.h); negative: ORIGIN is an exit
  *   EXIT_*            of the flight that ended at that exit: where it began, its density there times that of its direction,
  *                     over the chance of a connection, and its medium
  *   CHANCE            waiting in QUEUE_CONNECT: the probability with which it got there */
@@ -61,7 +61,7 @@
   FIELD(LAST_PDF, 1)                                                  \
   FIELD(JOB, 1)                                                       \
   FIELD(TOTAL, ADJOINT* RADIANCE_CHANNELS)                            \
-  FIELD(PULL, ADJOINT* RADIANCE_CHANNELS)                             \
+  FIELD(PIXEL_ADJOINT, ADJOINT* RADIANCE_CHANNELS)                    \
   FIELD(TOTAL_BASELINE, ADJOINT* BASELINES* THROUGHPUT_CHANNELS)      \
   FIELD(PROBE_PLACE, 3 * (VOXEL_SUMS > 0))                            \
   FIELD(PROBE_FIELD, (VOXEL_SUMS > 0))                                \
@@ -70,7 +70,7 @@
   FIELD(ARRIVAL, 3 * MEDIUM_LIGHT_SAMPLING)                           \
   FIELD(CHANCE, MEDIUM_LIGHT_SAMPLING)                                \
   FIELD(ORIGIN, 3 * HAS_AREA_LIGHTS * LIGHT_SAMPLING)                 \
-  FIELD(RIVAL, HAS_AREA_LIGHTS* ROUGH_LIGHT_SAMPLING)                 \
+  FIELD(LAST_PDF_DIVISOR, HAS_AREA_LIGHTS* ROUGH_LIGHT_SAMPLING)      \
   FIELD(EXIT_VERTEX, 3 * HAS_AIMED_SHAPES)                            \
   FIELD(EXIT_DENSITY, HAS_AIMED_SHAPES)                               \
   FIELD(EXIT_MEDIUM, HAS_AIMED_SHAPES)

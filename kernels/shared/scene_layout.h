@@ -1,5 +1,5 @@
-/* What the device knows of a scene beside geometry (geometry_layout.h) and light (environment_layout.h): plain records, the
- * same bytes on host and device. Indices are absolute positions in the arrays of a launch, which may hold several
+/* The device's records of a scene beside geometry (geometry_layout.h) and light (environment_layout.h): plain, the same
+ * bytes on host and device. Indices are absolute positions in the arrays of a launch, which may hold several
  * scenes. */
 #ifndef ITN_SCENE_LAYOUT_H
 #define ITN_SCENE_LAYOUT_H
@@ -171,8 +171,8 @@ typedef struct {
   float future_tint[3]; /* of the expected futures, where a throughput channel stands for several of radiance */
   int pilot;            /* 1: paths tell what they visit */
   int replay;           /* REPLAY_*; else samples are traced for the first time */
-  /* Replay: pixel p's weights of derivatives are at first_pull + (p - first_pixel) / pixel_step, one a channel. */
-  int first_pull;
+  /* Replay: pixel p's adjoints are at first_pixel_adjoint + (p - first_pixel) / pixel_step, one a channel. */
+  int first_pixel_adjoint;
   int probe; /* of REPLAY_PROBES: which of the path's, from 0 */
   /* Replay: a pixel's set is one of set_mask + 1 from first_set on, of `sets` that a work-item sums in, or all share. */
   int sets, first_set, set_mask;

@@ -27,7 +27,7 @@ INLINE void scatter_at_boundary(const Launch* launch, __global const JobRecord* 
   REAL weights[3];
   channel_weights(pool, slots, (REAL)(1.0f), weights);
   const REAL largest = brightest(throughput, weights);
-  MASK dies = roulette(launch, job, plain_depth(depth), u, real, largest, LASTS_AT_SURFACES, throughput);
+  MASK dies = roulette(launch, job, plain_depth(depth), u, real, largest, ROULETTE_SURVIVAL_AT_SURFACES, throughput);
   UNROLL_FOR(int c = 0; c < THROUGHPUT_CHANNELS; ++c) STORE(pool, THROUGHPUT + c, slots, throughput[c]);
   STORE_INT(pool, DEPTH, slots, depth);
   STORE_INT(pool, EVENT, slots, random->event + 1);
@@ -41,18 +41,18 @@ INLINE void scatter_at_boundary(const Launch* launch, __global const JobRecord* 
 #if ROUGH_LIGHT_SAMPLING
 /* Density of the connection over that of phase function and flight, which may underflow; 0 where no connection is
  * drawn. */
-INLINE REAL rival_density(REAL connection, REAL by_phase, MASK mask) {
+INLINE REAL competing_density(REAL connection, REAL by_phase, MASK mask) {
   return SELECT(mask & (connection > 0.0f), connection / MAX(by_phase, (REAL)(1e-30f)), 0.0f);
 }
 
 /* Densities of the connections through the boundary (connect.h) over those of phase function and flight: of the sampled
  * direction to the sun or a light that is aimed at, and of the path's own to the light around. 0 where the segment did not begin
  * at a scattering vertex, or light is inside. Returns where it did; then the path knows what its own direction to a shape that
- * shines needs for the same (`aimed_rival`). */
-INLINE MASK rival_densities(const Launch* launch, __global const JobRecord* job, Pool* pool, INT slots,
-                            MASK at_boundary, const Surface* s, const LightSample* light, REAL3 direction, REAL* rival,
-                            REAL* own_rival) {
-  *rival = *own_rival = (REAL)(0.0f);
+ * shines needs for the same (`aimed_competing_pdf`). */
+INLINE MASK competing_densities(const Launch* launch, __global const JobRecord* job, Pool* pool, INT slots,
+                                MASK at_boundary, const Surface* s, const LightSample* light, REAL3 direction,
+                                REAL* competing_pdf, REAL* own_competing_pdf) {
+  *competing_pdf = *own_competing_pdf = (REAL)(0.0f);
 #if MEDIUM_LIGHT_SAMPLING && REFRACTED_CONNECTIONS
   const REAL last_pdf = LOAD(pool, LAST_PDF, slots);
   const INT medium = SELECT_INT(at_boundary, LOAD_INT(pool, MEDIUM, slots), -1); /* idle lanes hold anything */
@@ -75,11 +75,11 @@ INLINE MASK rival_densities(const Launch* launch, __global const JobRecord* job,
   drawn = (REFRACTED_AROUND ? drawn : (MASK)(0)) | (aimed & (dot3(aim, s->normal) > 0.0f));
   aim = aim_at_light(launch, job, &cell, vertex, &light->source, s->position, light->distance);
 #endif
-  *rival = rival_density(refracted_pdf(&boundary, guess, aim, s->direction), by_phase, drawn);
+  *competing_pdf = competing_density(refracted_pdf(&boundary, guess, aim, s->direction), by_phase, drawn);
 #if HAS_AIMED_LIGHTS
   const REAL at_vertex = chance_of_light(launch, job, vertex, light->source.index);
   const REAL here = chance_of_light(launch, job, s->position, light->source.index);
-  *rival *= SELECT(aimed, at_vertex / MAX(here, (REAL)(1e-9f)), 1.0f);
+  *competing_pdf *= SELECT(aimed, at_vertex / MAX(here, (REAL)(1e-9f)), 1.0f);
 #endif
 #if HAS_AIMED_SHAPES
   store3(pool, EXIT_VERTEX, slots, vertex);
@@ -92,7 +92,8 @@ INLINE MASK rival_densities(const Launch* launch, __global const JobRecord* job,
   finds_light = finds_light & in_sun(launch->environments + job->environment, direction);
 #endif
   if (ANY(finds_light))
-    *own_rival = rival_density(refracted_pdf(&boundary, guess, direction, s->direction), by_phase, finds_light);
+    *own_competing_pdf =
+        competing_density(refracted_pdf(&boundary, guess, direction, s->direction), by_phase, finds_light);
 #endif
   return from_medium;
 #else
@@ -100,7 +101,7 @@ INLINE MASK rival_densities(const Launch* launch, __global const JobRecord* job,
 #endif
 }
 
-/* What the path's light is multiplied by. */
+/* Computes the factors by which the path's light is multiplied. */
 INLINE void path_weight(const Pool* pool, INT slots, REAL factor[RADIANCE_CHANNELS]) {
   REAL weight[3];
   channel_weights(pool, slots, LOAD(pool, REFRACTION_SCALE, slots), weight);
@@ -113,7 +114,7 @@ INLINE void path_weight(const Pool* pool, INT slots, REAL factor[RADIANCE_CHANNE
 INLINE MASK sample_around_at_boundary(int model, int variant, const Launch* launch, __global const JobRecord* job,
                                       Pool* pool, INT slots, MASK at_boundary, const Surface* s, Reflector* r,
                                       const Random* random, REAL3 direction, LightSample* sample,
-                                      REAL weight[RADIANCE_CHANNELS], REAL* own_rival, MASK* is_exit) {
+                                      REAL weight[RADIANCE_CHANNELS], REAL* own_competing_pdf, MASK* is_exit) {
   REAL u[4];
   draw(random, 1, u);
   const MASK sampled = sample_light(launch, job, s->position, u, sample);
@@ -124,10 +125,11 @@ INLINE MASK sample_around_at_boundary(int model, int variant, const Launch* laun
   const REAL bsdf_pdf = bsdf_density(model, variant, r->n, r->wi, wo);
   MASK lit = (MASK)(0);
   UNROLL_FOR(int c = 0; c < CHANNELS; ++c) lit = lit | (f[c] > 0.0f);
-  REAL rival;
-  *is_exit = rival_densities(launch, job, pool, slots, at_boundary, s, sample, direction, &rival, own_rival) &
+  REAL competing_pdf;
+  *is_exit = competing_densities(launch, job, pool, slots, at_boundary, s, sample, direction, &competing_pdf,
+                                 own_competing_pdf) &
              (dot3(direction, s->normal) > 0.0f);
-  const REAL mis = sample->pdf / (sample->pdf * (1.0f + rival) + sample->by_chance * bsdf_pdf);
+  const REAL mis = sample->pdf / (sample->pdf * (1.0f + competing_pdf) + sample->by_chance * bsdf_pdf);
   REAL of_channel[3];
   channel_weights(pool, slots, (REAL)(1.0f), of_channel);
   UNROLL_FOR(int c = 0; c < RADIANCE_CHANNELS; ++c) {
@@ -141,10 +143,10 @@ INLINE MASK sample_around_at_boundary(int model, int variant, const Launch* laun
 /* Light sampled where the path meets the boundary: outside of it; on both sides of thin ones and structures, and where lights
  * may be inside. Three ways lead from a scattering vertex x over the exit y to the light around in direction o, weighed by the
  * balance heuristic: the phase function and the flight bring the path to y and (A) that light is sampled there or (B) the BSDF
- * finds it; or (C) o and the direction of the segment are drawn at x (connect.h). What A and B share cancels; `rival` is C's
- * density over theirs. To lights that are aimed at lead A and C, which draw them with the chances of their own places, and to
- * those of them that are shapes B (aimed_rival); to other lights of the scene lead A and B alone, and so they do where the BSDF
- * is broad.
+ * finds it; or (C) o and the direction of the segment are drawn at x (connect.h). What A and B share cancels;
+ * `competing_pdf` is C's density over theirs. To lights that are aimed at lead A and C, which draw them with the chances
+ * of their own places, and to those of them that are shapes B (aimed_competing_pdf); to other lights of the scene lead A
+ * and B alone, and so they do where the BSDF is broad.
  * Returns LAST_PDF for the BSDF's own direction, of density pdf. */
 INLINE REAL sample_light_at_boundary(int model, int variant, const Launch* launch, __global const JobRecord* job,
                                      Pool* pool, INT slots, MASK at_boundary, const Surface* s, Reflector* r,
@@ -154,7 +156,7 @@ INLINE REAL sample_light_at_boundary(int model, int variant, const Launch* launc
   const bool both_sides = HAS_INNER_LIGHTS || (traits & (BSDF_THIN | BSDF_STRUCTURE)) != 0;
   const INT depth = LOAD_INT(pool, DEPTH, slots) + 1;
   LightSample sample;
-  REAL connection_weight[RADIANCE_CHANNELS], own_rival = (REAL)(0.0f);
+  REAL connection_weight[RADIANCE_CHANNELS], own_competing_pdf = (REAL)(0.0f);
   MASK lit, is_exit = (MASK)(0);
   if (broad) {
     REAL factor[RADIANCE_CHANNELS];
@@ -162,7 +164,7 @@ INLINE REAL sample_light_at_boundary(int model, int variant, const Launch* launc
     lit = choose_light(model, variant, launch, job, s, r, random, factor, &sample, connection_weight);
   } else
     lit = sample_around_at_boundary(model, variant, launch, job, pool, slots, at_boundary, s, r, random, direction,
-                                    &sample, connection_weight, &own_rival, &is_exit);
+                                    &sample, connection_weight, &own_competing_pdf, &is_exit);
   const REAL3 light = sample.source.direction, wo = frame_to_local(&r->frame, light);
   bsdf_measure(model, launch, r->n, r->wi, wo);
   const MASK above = dot3(light, s->normal) > 0.0f;
@@ -181,9 +183,11 @@ INLINE REAL sample_light_at_boundary(int model, int variant, const Launch* launc
   add_connection(launch, job, pool, slots, random, mask,
                  beside_surface(launch->primitives, s->primitive, s->position, s->normal, light), &sample, s->primitive,
                  medium_behind(pool, slots, s, both_sides ? above : (MASK)(-1)), connection_weight, &scores, &start);
-  begin_segment(pool, slots, s->position, SELECT(is_exit, -1.0f, 1.0f) * (1.0f + own_rival), at_boundary & !passes);
+  begin_segment(pool, slots, s->position, SELECT(is_exit, -1.0f, 1.0f) * (1.0f + own_competing_pdf),
+                at_boundary & !passes);
   if (!both_sides) pdf = SELECT(dot3(direction, s->normal) > 0.0f, pdf, 0.0f);
-  const REAL last_pdf = MAX(pdf / (1.0f + own_rival), (REAL)(1e-30f)); /* 0 would say that light was not sampled */
+  const REAL last_pdf =
+      MAX(pdf / (1.0f + own_competing_pdf), (REAL)(1e-30f)); /* 0 would say that light was not sampled */
   return SELECT(pdf > 0.0f, broad ? -last_pdf : last_pdf, 0.0f);
 }
 #endif

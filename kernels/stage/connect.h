@@ -34,7 +34,7 @@ INLINE LitVertex load_lit_vertex(const Launch* launch, const Pool* pool, INT slo
 }
 
 #if REFRACTED_CONNECTIONS
-/* Where a connection leaves the medium through a rough boundary. */
+/* The place where a connection leaves the medium through a rough boundary. */
 typedef struct {
   LaneHits hits;
   INT primitive, first_number, exterior, surface;
@@ -108,7 +108,7 @@ INLINE MASK take_aimed(const Launch* launch, __global const JobRecord* job, cons
   return aimed;
 }
 
-/* What the light that was aimed at brings to the exit. u: with which it was drawn */
+/* Computes what the light that was aimed at brings to the exit. u: the numbers with which it was drawn */
 INLINE void light_exit(const Launch* launch, __global const JobRecord* job, MASK aimed, const REAL u[], Exit* e,
                        LightSample* light) {
   const INT index = SELECT_INT(aimed, light->source.index, job->first_light);
@@ -127,7 +127,7 @@ INLINE void light_exit(const Launch* launch, __global const JobRecord* job, MASK
 }
 #endif
 
-/* What an exit through surfaces of one BSDF brings. */
+/* Connects with light through the exits at surfaces of one BSDF. */
 INLINE void connect_through(int surface, int model, int variant, const Launch* launch, __global const JobRecord* job,
                             Pool* pool, INT slots, const Random* random, const LitVertex* x, const Exit* e,
                             const LightSample* sample, const Scores* scores) {
@@ -154,7 +154,7 @@ INLINE void connect_through(int surface, int model, int variant, const Launch* l
   const REAL light_pdf = sample->pdf, other = e->drawn + sample->by_chance * bsdf_density(model, variant, n, wi, wo);
   const REAL mis = x->chance * e->density * light_pdf / (x->chance * e->density * light_pdf + by_phase * other);
   REAL connection_weight[RADIANCE_CHANNELS], passed[THROUGHPUT_CHANNELS];
-  medium_dimming(launch, &x->inside, random, 0, x->position, e->inward, e->hits.distance.real, here, passed);
+  segment_transmittance(launch, &x->inside, random, 0, x->position, e->inward, e->hits.distance.real, here, passed);
   MASK lit = (MASK)(0);
   UNROLL_FOR(int c = 0; c < RADIANCE_CHANNELS; ++c) {
     const int t = THROUGHPUT_CHANNELS == 1 ? 0 : c;
@@ -166,7 +166,8 @@ INLINE void connect_through(int surface, int model, int variant, const Launch* l
   const Step at_exit = bsdf_step(model, variant, n, e->first_number, wi, wo, here);
   ConnectionStart start = connection_start(here);
   start.medium = &x->inside;
-  medium_thickness(launch, &x->inside, random, 1, x->position, e->inward, e->hits.distance.real, here, start.passage);
+  segment_column_density(launch, &x->inside, random, 1, x->position, e->inward, e->hits.distance.real, here,
+                         start.passage);
 #if VOXEL_SUMS
   start.from = x->position;
   start.direction = e->inward;
@@ -249,11 +250,11 @@ INLINE void connect_stage(const Launch* launch, __global const JobRecord* job, P
 #endif
   if (ANY(straight)) connect_straight(launch, job, pool, slots, &random, straight, &x, &light, &scores);
   Scores onward = load_scores(job, pool, slots);
-  const REAL turned = dot3(x.arrival, load3(pool, DIRECTION, slots));
-  add_phase(job, &onward, &x.phase, turned, valid);
+  const REAL cosine = dot3(x.arrival, load3(pool, DIRECTION, slots));
+  add_phase(job, &onward, &x.phase, cosine, valid);
 #if VOXEL_SUMS
   if (job->replay == REPLAY_SUMS)
-    sum_turn_by_voxels(launch, job, pool, slots, &x.phase, turned, valid, onward.pulled.weight);
+    sum_phase_by_voxels(launch, job, pool, slots, &x.phase, cosine, valid, onward.adjoint.weight);
 #endif
   store_scores(pool, slots, &onward);
   sum_phase(launch, job, pool, slots, &onward, &x.phase, valid);

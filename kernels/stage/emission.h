@@ -1,4 +1,4 @@
-/* What the surface that a path has arrived at shines, where it is a light. */
+/* The emission of the surface that a path has arrived at, where it is a light. */
 #ifndef ITN_STAGE_EMISSION_H
 #define ITN_STAGE_EMISSION_H
 #include "path/spectral.h"
@@ -30,14 +30,14 @@ INLINE void gather_emission(const Launch* launch, __global const JobRecord* job,
   const REAL last_pdf = LOAD(pool, LAST_PDF, slots);
   REAL own = ABS(last_pdf);
 #if ROUGH_LIGHT_SAMPLING
-  own *= ABS(LOAD(pool, RIVAL, slots));
+  own *= ABS(LOAD(pool, LAST_PDF_DIVISOR, slots));
 #endif
   const REAL3 from = load3(pool, ORIGIN, slots), way = sub3(s->position, from);
   const REAL chance = SELECT(last_pdf < 0.0f, (REAL)(LAMP_CANDIDATES), job->light_share) *
                       light_chance(launch, light_chances(job, from), source.index - job->first_light);
   REAL pdf = light_surface_pdf(launch, source.index, chance, SQRT(dot3(way, way)), -dot3(s->direction, s->normal));
 #if HAS_AIMED_SHAPES
-  pdf *= 1.0f + aimed_rival(launch, job, pool, slots, shines, s->position, &source);
+  pdf *= 1.0f + aimed_competing_pdf(launch, job, pool, slots, shines, s->position, &source);
 #endif
   scale *= SELECT(own == 0.0f, 1.0f, own / (own + pdf));
 #endif

@@ -105,7 +105,7 @@ INLINE MASK keep_probes(__global const JobRecord* job, Pool* pool, INT slots, MA
 #endif
 }
 
-/* Where on the film the sample of a pixel lies: see CameraRecord. */
+/* Computes where on the film the sample of a pixel lies: see CameraRecord. */
 INLINE void film_position(__global const CameraRecord* camera, INT pixel, const REAL u[4], REAL* a, REAL* b) {
   Lanes p, row, column;
   p.integer = pixel;

@@ -12,8 +12,8 @@
 #if LIGHT_SAMPLING
 enum { STREAM_LIGHT_CHOICE = 0x82 };
 
-/* What is expected of a light with that weight: its luminance, and `least` in proportion to how often it is drawn, since
- * derivatives by the light need black ones, too. */
+/* The contribution that is expected of a light with that weight: its luminance, and `least` in proportion to how
+ * often it is drawn, since derivatives by the light need black ones, too. */
 INLINE REAL expected_light(const LightSample* s, float least, const REAL weight[RADIANCE_CHANNELS]) {
   const float luminance[3] = {0.212671f, 0.715160f, 0.072169f};
   REAL sum = (REAL)(0.0f);
@@ -35,7 +35,8 @@ INLINE MASK candidate_around(const Launch* launch, __global const JobRecord* job
   return sample_light_around(launch, job, true, u0, u1, s);
 }
 
-/* What the candidate brings: `factor`, what the path weighs, times the BSDF, over the density of all ways to it. */
+/* Computes what the candidate brings: `factor`, what the path weighs, times the BSDF, over the density of all ways
+ * to it. */
 INLINE void weigh_candidate(int model, int variant, const Launch* launch, const Surface* s, Reflector* r,
                             const LightSample* light, MASK possible, const REAL factor[RADIANCE_CHANNELS],
                             REAL weight[RADIANCE_CHANNELS]) {

@@ -50,7 +50,7 @@ typedef struct {
 #endif
 #if HAS_AREA_LIGHTS && LIGHT_SAMPLING
   REAL3 origin; /* where the direction began */
-  REAL rival;
+  REAL last_pdf_divisor;
 #endif
 } Walk;
 
@@ -112,7 +112,7 @@ INLINE Walk load_walk(const Launch* launch, __global const JobRecord* job, const
 #endif
 #if HAS_AREA_LIGHTS && LIGHT_SAMPLING
   w.origin = load3(pool, ORIGIN, slots);
-  w.rival = ROUGH_LIGHT_SAMPLING ? LOAD(pool, RIVAL, slots) : (REAL)(1.0f);
+  w.last_pdf_divisor = ROUGH_LIGHT_SAMPLING ? LOAD(pool, LAST_PDF_DIVISOR, slots) : (REAL)(1.0f);
 #endif
   return w;
 }
@@ -207,21 +207,21 @@ INLINE void weigh(const Walk* w, REAL total[]) {
  * channels' densities too. state: before the flight */
 INLINE void score_flight(const Launch* launch, __global const JobRecord* job, const Pool* pool, INT slots, Walk* w,
                          const Event* e, INT state) {
-  REAL total[THROUGHPUT_CHANNELS], thickness[FIELD_CHANNELS];
+  REAL total[THROUGHPUT_CHANNELS], column_density[FIELD_CHANNELS];
   weigh(w, total);
-  medium_thickness(launch, &w->medium, &e->random, 0, e->from, w->direction, e->distance, e->meets | e->scatters,
-                   thickness);
+  segment_column_density(launch, &w->medium, &e->random, 0, e->from, w->direction, e->distance, e->meets | e->scatters,
+                         column_density);
   record_visit(launch, job, pool, slots, &w->random, w->random.event - 1, DECISION_FLIGHT, state, total, e->flies);
-  add_medium_flight(launch, job, pool, slots, &w->scores, &w->baseline, &w->medium, thickness, e->meets, e->scatters,
-                    total, state);
+  add_medium_flight(launch, job, pool, slots, &w->scores, &w->baseline, &w->medium, column_density, e->meets,
+                    e->scatters, total, state);
 #if VOXEL_SUMS
   if (job->replay != REPLAY_SUMS) return;
-  REAL pulled[RADIANCE_CHANNELS];
+  REAL adjoint[RADIANCE_CHANNELS];
   UNROLL_FOR(int c = 0; c < RADIANCE_CHANNELS; ++c)
-    pulled[c] = w->scores.pulled.weight[c] - w->scores.pulled.expected[c];
+    adjoint[c] = w->scores.adjoint.weight[c] - w->scores.adjoint.expected[c];
   sum_way_by_voxels(launch, job, pool, slots, &w->medium, &e->random, 0, e->from, w->direction, e->distance,
-                    e->meets | e->scatters, pulled);
-  sum_scattering_by_voxels(launch, job, pool, slots, &w->medium, &e->flight, e->there, e->scatters, pulled);
+                    e->meets | e->scatters, adjoint);
+  sum_scattering_by_voxels(launch, job, pool, slots, &w->medium, &e->flight, e->there, e->scatters, adjoint);
 #endif
 }
 
@@ -248,21 +248,22 @@ INLINE void land(const Launch* launch, __global const JobRecord* job, Pool* pool
 }
 #endif
 
-/* What a scattering leaves of the light, a throughput channel each. */
+/* Computes the share of the light that a scattering leaves, a throughput channel each. */
 INLINE void albedo_of_scattering(const Launch* launch, __global const JobRecord* job, Pool* pool, INT slots, Walk* w,
                                  const Event* e, REAL albedo[]) {
   medium_albedo(launch, &w->medium, w->position, e->scatters, albedo);
 #if VOXEL_SUMS
   if (job->replay == REPLAY_SUMS)
     sum_albedo_by_voxels(launch, job, pool, slots, &w->medium, w->position, albedo, e->scatters,
-                         w->scores.pulled.weight);
+                         w->scores.adjoint.weight);
   else
     choose_albedo_probe(launch, job, pool, slots, &w->medium, &w->random, &w->probe, w->position,
                         brightest(w->throughput, w->weight), e->scatters, albedo);
 #endif
 }
 
-/* Albedo and roulette at the flight's end. `alive` is who goes on. total: of these; future: expected before the turn */
+/* Albedo and roulette at the flight's end. `alive` is who goes on. total: of these; future: expected before the
+ * change of direction */
 INLINE void survive(const Launch* launch, __global const JobRecord* job, Pool* pool, INT slots, Walk* w, Event* e,
                     REAL total[], REAL future[]) {
   w->skip = SELECT_INT(e->scatters, -1, w->skip);
@@ -280,10 +281,11 @@ INLINE void survive(const Launch* launch, __global const JobRecord* job, Pool* p
   const INT vertices = plain_depth(w->depth);
   const MASK may_go_on = e->scatters & (largest > 0.0f) & (vertices < job->max_depth);
   weigh(w, total);
-  const MASK dies = roulette(launch, job, vertices, e->u[3], e->scatters, largest, LASTS_IN_MEDIA, w->throughput);
+  const MASK dies =
+      roulette(launch, job, vertices, e->u[3], e->scatters, largest, ROULETTE_SURVIVAL_IN_MEDIA, w->throughput);
   w->dead = w->dead | dies;
   w->alive = e->scatters & !dies;
-  const INT state = medium_state(w->first_cell, DECISION_TURN, &w->below, dot3(w->below.normal, w->direction));
+  const INT state = medium_state(w->first_cell, DECISION_SCATTER, &w->below, dot3(w->below.normal, w->direction));
   expected_future(launch, state, future);
   REAL change[THROUGHPUT_CHANNELS], raised[THROUGHPUT_CHANNELS];
   weigh(w, raised);
@@ -292,11 +294,11 @@ INLINE void survive(const Launch* launch, __global const JobRecord* job, Pool* p
     total[c] = raised[c];
   }
   add_roulette(&w->baseline, change, future, &w->scores);
-  record_visit(launch, job, pool, slots, &w->random, w->random.event - 1, DECISION_TURN, state, total, w->alive);
+  record_visit(launch, job, pool, slots, &w->random, w->random.event - 1, DECISION_SCATTER, state, total, w->alive);
 }
 
 #if MEDIUM_LIGHT_SAMPLING
-/* Who connects with light before going on. u[2] decides; what is left of it is uniform again. */
+/* Chooses the lanes that connect with light before going on. u[2] decides; what is left of it is uniform again. */
 INLINE MASK choose_connections(const Launch* launch, __global const JobRecord* job, Walk* w, REAL u[4]) {
   const REAL expected =
       connection_chance(launch, job, w->index * (int)(sizeof(MediumRecord) / sizeof(float)), &w->cell, w->direction,
@@ -312,10 +314,10 @@ INLINE MASK choose_connections(const Launch* launch, __global const JobRecord* j
 #endif
 
 /* A change of direction by the phase function. */
-INLINE void turn(const Launch* launch, __global const JobRecord* job, const Pool* pool, INT slots, Walk* w, Event* e,
-                 const REAL total[], const REAL future[]) {
-  const MASK turns = w->alive;
-  place_phase(launch, &w->phase, w->position, turns);
+INLINE void scatter(const Launch* launch, __global const JobRecord* job, const Pool* pool, INT slots, Walk* w, Event* e,
+                    const REAL total[], const REAL future[]) {
+  const MASK scatters = w->alive;
+  place_phase(launch, &w->phase, w->position, scatters);
 #if MEDIUM_LIGHT_SAMPLING
   const MASK connects = choose_connections(launch, job, w, e->u);
 #endif
@@ -323,18 +325,19 @@ INLINE void turn(const Launch* launch, __global const JobRecord* job, const Pool
   phase_draw(&w->phase, e->u[1], &cosine, &sine);
   sin_cos_2pi(e->u[2], &s, &c);
   const Frame frame = make_frame(w->direction);
-  REAL3 turned = frame_to_world(&frame, make3(sine * c, sine * s, cosine));
-  turned = scale3(turned, 1.5f - 0.5f * dot3(turned, turned)); /* stays unit over thousands of turns */
-  w->direction = select3(w->alive, turned, w->direction);
+  REAL3 scattered = frame_to_world(&frame, make3(sine * c, sine * s, cosine));
+  scattered = scale3(scattered, 1.5f - 0.5f * dot3(scattered, scattered)); /* stays unit over thousands of scatters */
+  w->direction = select3(w->alive, scattered, w->direction);
 #if HAS_AREA_LIGHTS && LIGHT_SAMPLING
   w->origin = select3(w->alive, w->position, w->origin);
-  w->rival = SELECT(w->alive, 1.0f, w->rival);
+  w->last_pdf_divisor = SELECT(w->alive, 1.0f, w->last_pdf_divisor);
 #endif
 #if MEDIUM_LIGHT_SAMPLING
   w->last_pdf = SELECT(w->alive, SELECT(w->connectable, phase_value(&w->phase, cosine) / w->chance, 0.0f), w->last_pdf);
   w->alive = w->alive & !connects; /* connected before the path goes on, so contributions keep their order */
 #endif
-  add_phase_turn(launch, job, pool, slots, &w->scores, &w->baseline, &w->phase, cosine, total, future, turns, w->alive);
+  add_phase_scatter(launch, job, pool, slots, &w->scores, &w->baseline, &w->phase, cosine, total, future, scatters,
+                    w->alive);
 }
 
 /* Back to the pool, and on to where each path waits next. */
@@ -360,7 +363,7 @@ INLINE void store_walk(const Launch* launch, __global const JobRecord* job, Pool
   UNROLL_FOR(int c = 0; c < 3; ++c) STORE(pool, SPECTRAL_WEIGHT + c, slots, w->weight[c]);
 #endif
 #if HAS_AREA_LIGHTS && LIGHT_SAMPLING
-  begin_segment(pool, slots, w->origin, w->rival, valid);
+  begin_segment(pool, slots, w->origin, w->last_pdf_divisor, valid);
 #endif
   finish(launch, job, pool, slots, w->dead);
   push_surface(launch, job, pool, slots, w->arrived, w->hit_primitive);
@@ -394,7 +397,7 @@ INLINE void medium_stage(const Launch* launch, __global const JobRecord* job, Po
     score_flight(launch, job, pool, slots, &w, &e, state);
     REAL total[THROUGHPUT_CHANNELS], future[THROUGHPUT_CHANNELS];
     survive(launch, job, pool, slots, &w, &e, total, future);
-    turn(launch, job, pool, slots, &w, &e, total, future);
+    scatter(launch, job, pool, slots, &w, &e, total, future);
     if (popcount(lane_bits(w.alive)) <= enough) break;
   }
   store_walk(launch, job, pool, slots, valid, &w);

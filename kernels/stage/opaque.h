@@ -79,7 +79,7 @@ INLINE void opaque_stage(int model, int variant, const Launch* launch, __global 
   const INT depth = LOAD_INT(pool, DEPTH, slots) + 1;
   const REAL largest = brightest(throughput, spectral);
   const MASK dies = roulette(launch, job, plain_depth(depth), u[bsdf_random(model)], reflects & !passes, largest,
-                             LASTS_AT_SURFACES, throughput);
+                             ROULETTE_SURVIVAL_AT_SURFACES, throughput);
   const MASK goes_on = reflects & !dies;
   /* where a lost sample says nothing of the others, roulette comes first: paths that end here need no light */
   const bool even = (traits & BSDF_EVEN) != 0;

@@ -3,18 +3,18 @@
 #define ITN_STAGE_RAY_H
 #include "path/launch.h"
 
-/* The path has changed its direction here, with LAST_PDF divided by `rival`. */
-INLINE void begin_segment(Pool* pool, INT slots, REAL3 position, REAL rival, MASK mask) {
+/* The path has changed its direction here, with LAST_PDF divided by `divisor`. */
+INLINE void begin_segment(Pool* pool, INT slots, REAL3 position, REAL divisor, MASK mask) {
 #if HAS_AREA_LIGHTS && LIGHT_SAMPLING
   store3(pool, ORIGIN, slots, select3(mask, position, load3(pool, ORIGIN, slots)));
 #if ROUGH_LIGHT_SAMPLING
-  STORE(pool, RIVAL, slots, SELECT(mask, rival, LOAD(pool, RIVAL, slots)));
+  STORE(pool, LAST_PDF_DIVISOR, slots, SELECT(mask, divisor, LOAD(pool, LAST_PDF_DIVISOR, slots)));
 #endif
 #endif
 }
 
 #if HAS_FAR_CLIP
-/* How far a ray sees that has just left the camera; others see without end. */
+/* The distance up to which a ray sees that has just left the camera; others see without end. */
 INLINE REAL ray_end(const Launch* launch, __global const JobRecord* job, REAL3 direction, MASK first) {
   __global const float* clip = launch->cameras[job->camera].clip;
   return SELECT(first,
@@ -23,7 +23,7 @@ INLINE REAL ray_end(const Launch* launch, __global const JobRecord* job, REAL3 d
 }
 #endif
 
-/* Where the rays have led. */
+/* Stores where the rays have led. */
 INLINE void arrive(const Launch* launch, __global const JobRecord* job, Pool* pool, INT slots, MASK valid,
                    const LaneHits* hits) {
   MASK hit = valid & (hits->primitive.integer >= 0);

@@ -5,7 +5,7 @@
 #include "scattering/bsdf.h"
 #include "stage/surface.h"
 
-/* What a stage knows of its BSDF where the paths have arrived. */
+/* The state of a stage's BSDF where the paths have arrived. */
 typedef struct {
   REAL n[MOST_SLOTS];
   Frame frame; /* shading frame, on the side of arrival */

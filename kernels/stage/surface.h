@@ -1,4 +1,4 @@
-/* What the stages of all surfaces share: where the path has arrived, in which frame, and how it goes on. */
+/* Common code of the stages of all surfaces: where the path has arrived, in which frame, and how it goes on. */
 #ifndef ITN_STAGE_SURFACE_H
 #define ITN_STAGE_SURFACE_H
 #include "geometry/frame.h"

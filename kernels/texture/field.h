@@ -1,10 +1,10 @@
 /* Values that differ from place to place: a grid of voxels in a box, and over the same box a coarse grid of the greatest
  * and least values of its cells, through which rays step (shared/scene_layout.h, FieldRecord).
  *
- *   field_value        at a place
- *   field_flight       distance to the next scattering: null collisions against the greatest values (delta tracking)
- *   field_dimming      transmittance: the least values are exact, the rest is ratio tracking (residual ratio tracking)
- *   field_thickness    the integral of the field along a way, without bias: one place of each cell on it
+ *   field_value           at a place
+ *   field_flight          distance to the next scattering: null collisions against the greatest values (delta tracking)
+ *   field_transmittance   the least values are exact, the rest is ratio tracking (residual ratio tracking)
+ *   field_column_density  the integral of the field along a way, without bias: one place of each cell on it
  *
  * Where the field is the same everywhere the latter three are exact. All are of one field, for the lanes in `mask`;
  * next_field takes lanes apart. Random numbers are streams of their own of the event that asks.
@@ -21,7 +21,7 @@
 #define ENDLESS 2e30f /* distance of a flight that scatters nowhere */
 
 /* Streams of random numbers (path/random.h) beside those of stages. */
-enum { STREAM_THICKNESS = 2, STREAM_FLIGHT = 0x100, STREAM_DIMMING = 0x1000000 };
+enum { STREAM_COLUMN_DENSITY = 2, STREAM_FLIGHT = 0x100, STREAM_TRANSMITTANCE = 0x1000000 };
 
 /* Takes the lanes of one field out of `left`; index: of each lane. */
 INLINE MASK next_field(const Launch* launch, INT index, uint* left, __global const FieldRecord** field) {
@@ -34,7 +34,7 @@ INLINE MASK next_field(const Launch* launch, INT index, uint* left, __global con
   return here;
 }
 
-/* Of a place along one axis of n voxels: the index of a voxel, wrapped. Finite for any i. */
+/* Wraps the index of a voxel along an axis of n voxels. Finite for any i. */
 INLINE INT wrapped(int wrap, INT i, int n) {
   if (wrap == TEXTURE_CLAMP) return clamp(i, (INT)(0), (INT)(n - 1));
   const int period = wrap == TEXTURE_MIRROR ? 2 * n : n;
@@ -55,7 +55,7 @@ INLINE void neighbours(__global const FieldRecord* field, int axis, REAL3 p, INT
 
 INLINE REAL mixed(REAL a, REAL b, REAL share) { return a + share * (b - a); }
 
-/* Where the voxel at x, y, z is stored, in voxels. */
+/* The place where the voxel at x, y, z is stored, in voxels. */
 INLINE INT voxel_index(const Launch* launch, __global const FieldRecord* field, INT x, INT y, INT z) {
 #if PACKED_FIELDS
   if (field->first_brick >= 0) {
@@ -124,7 +124,7 @@ INLINE void load_cell(const Launch* launch, __global const FieldRecord* field, W
   w->least = GATHER((cells + 1), 2 * cell);
 }
 
-/* Of a direction: no component is 0, so that distances to walls are finite. */
+/* The components of a direction; none is 0, so that distances to walls are finite. */
 INLINE void components(REAL3 d, REAL of[3]) {
   of[0] = d.x;
   of[1] = d.y;
@@ -159,7 +159,7 @@ INLINE Way enter_field(const Launch* launch, __global const FieldRecord* field, 
   return w;
 }
 
-/* Where the way leaves its cell. */
+/* The distance at which the way leaves its cell. */
 INLINE REAL end_of_cell(const Way* w) { return MAX(w->at, MIN(w->end, MIN(w->next[0], MIN(w->next[1], w->next[2])))); }
 
 /* The lanes in `moves` step to the next cell, or end their way. */
@@ -246,8 +246,8 @@ INLINE REAL field_flight(const Launch* launch, __global const FieldRecord* field
 }
 
 /* The integral of the field along a way, an estimate. u: uniform, which place of each cell stands for its part. */
-INLINE void field_thickness(const Launch* launch, __global const FieldRecord* field, REAL3 from, REAL3 direction,
-                            REAL distance, REAL u, MASK mask, REAL thickness[FIELD_CHANNELS]) {
+INLINE void field_column_density(const Launch* launch, __global const FieldRecord* field, REAL3 from, REAL3 direction,
+                                 REAL distance, REAL u, MASK mask, REAL column_density[FIELD_CHANNELS]) {
   Way w = enter_field(launch, field, from, direction, distance, mask);
   while (ANY(w.inside)) {
     const REAL end = end_of_cell(&w);
@@ -255,7 +255,7 @@ INLINE void field_thickness(const Launch* launch, __global const FieldRecord* fi
     UNROLL_FOR(int c = 0; c < FIELD_CHANNELS; ++c) value[c] = w.greatest;
     if (ANY(w.inside & (w.least < w.greatest)))
       field_value(launch, field, add3(from, scale3(direction, mixed(w.at, end, u))), FIELD_CHANNELS, value);
-    UNROLL_FOR(int c = 0; c < FIELD_CHANNELS; ++c) thickness[c] += SELECT(w.inside, value[c] * (end - w.at), 0.0f);
+    UNROLL_FOR(int c = 0; c < FIELD_CHANNELS; ++c) column_density[c] += SELECT(w.inside, value[c] * (end - w.at), 0.0f);
     next_cell(launch, field, direction, w.inside, &w);
   }
 }
@@ -264,15 +264,15 @@ INLINE void field_thickness(const Launch* launch, __global const FieldRecord* fi
 
 /* Multiplies `through`, a throughput channel each, by an estimate of the transmittance of a way. segment: which way of a
  * connection this is; its random numbers are its own. */
-INLINE void field_dimming(const Launch* launch, __global const FieldRecord* field, const Random* random, int segment,
-                          REAL3 from, REAL3 direction, REAL distance, const REAL sigma_t[], MASK mask,
-                          REAL through[THROUGHPUT_CHANNELS]) {
+INLINE void field_transmittance(const Launch* launch, __global const FieldRecord* field, const Random* random,
+                                int segment, REAL3 from, REAL3 direction, REAL distance, const REAL sigma_t[],
+                                MASK mask, REAL through[THROUGHPUT_CHANNELS]) {
   Way w = enter_field(launch, field, from, direction, distance, mask);
   const REAL rate = largest_of(sigma_t);
   REAL u[4], least = (REAL)(0.0f), chance = (REAL)(1.0f), ratio[THROUGHPUT_CHANNELS];
   UNROLL_FOR(int c = 0; c < THROUGHPUT_CHANNELS; ++c) ratio[c] = (REAL)(1.0f);
   for (uint k = 0; ANY(w.inside); ++k) {
-    if (k % 2 == 0) draw(random, (uint)(STREAM_DIMMING * (segment + 1)) + k / 2, u);
+    if (k % 2 == 0) draw(random, (uint)(STREAM_TRANSMITTANCE * (segment + 1)) + k / 2, u);
     next_collision(launch, field, direction, rate, k % 2 ? u[2] : u[0], true, &w, &least);
     if (!ANY(w.inside)) break;
     REAL value[FIELD_CHANNELS], most = (REAL)(0.0f);

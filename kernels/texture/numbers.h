@@ -12,9 +12,9 @@
   BSDFS_OF_SCENE(MODEL)        \
   STRUCTURES_OF_SCENE(MODEL) MEDIA_OF_SCENE(MODEL) PHASES_OF_SCENE(MODEL) LIGHTS_OF_SCENE(MODEL)
 
-/* Which colours of textures the numbers are: two bits a slot, in the places behind them; 0: not one of a texture. Numbers that
- * a texture may stand for are declared before all others, in the slots that have bits; programs with structures, where this
- * cannot be, have several words of them. */
+/* The colours of textures that the numbers are: two bits a slot, in the places behind them; 0: not one of a texture.
+ * Numbers that a texture may stand for are declared before all others, in the slots that have bits; programs with
+ * structures, where this cannot be, have several words of them. */
 #define ORIGINS (MOST_SLOTS - ORIGIN_WORDS)
 #define ORIGIN_BITS 2
 #define SLOTS_OF_A_WORD 16

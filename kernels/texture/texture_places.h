@@ -1,4 +1,4 @@
-/* Where the paths of a group look textures up. */
+/* The places where the paths of a group look textures up. */
 #ifndef ITN_TEXTURE_PLACES_H
 #define ITN_TEXTURE_PLACES_H
 #include "path/launch.h"

@@ -10,7 +10,7 @@ namespace itn::python {
 
 namespace nb = nanobind;
 
-// What Python gives: C order, on the CPU.
+// Arrays that Python gives: C order, on the CPU.
 using FloatArray = nb::ndarray<const float, nb::c_contig, nb::device::cpu>;
 
 nb::object numpy_array(std::vector<float>&& values, const std::vector<std::size_t>& shape);

@@ -80,7 +80,7 @@ void save_mesh(const std::string& file, const FloatArray& vertices, const Indice
   write_ply(file, mesh);
 }
 
-// Of each channel an array (height, width), and the header's texts.
+// Returns an array (height, width) for each channel, and the header's texts.
 nb::tuple read(const std::string& file) {
   const ExrImage image = read_exr(file);
   nb::dict channels;

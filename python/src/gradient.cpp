@@ -51,7 +51,7 @@ bool by_replay(const SceneObject& object, const std::vector<std::string>& names,
   return mode == "adjoint" || textures || (mode == "automatic" && names.size() > most_derivative_images);
 }
 
-// Of each target the loss and gradient; those of several are independent.
+// Computes loss and gradient for each target; those of several are independent.
 nb::dict image_loss(const SceneObject& object, const Variant* variant, const std::vector<std::string>& names,
                     const Targets& targets, const std::vector<int>& sensors, int spp, std::uint64_t seed,
                     int first_sample, bool single, bool exposure, const std::string& mode, bool errors,
@@ -183,7 +183,7 @@ nb::object render_batch(const SceneObject& object, const std::vector<std::string
   return numpy_array(std::move(all), {images.size(), count(first.height), count(first.width), count(first.channels)});
 }
 
-// Of each image the sum of weight times derivative image: (images, parameters).
+// Computes for each image the sum of weight times derivative image: (images, parameters).
 nb::object weigh_batch(const SceneObject& object, const std::vector<std::string>& names, const Matrix& values,
                        const FloatArray& weights, int spp, const std::vector<std::uint64_t>& seeds, int first_sample,
                        int sensor, bool single) {
@@ -212,8 +212,8 @@ nb::object weigh_batch(const SceneObject& object, const std::vector<std::string>
   return numpy_array(std::move(sums), {images.size(), names.size()});
 }
 
-// Of whole batches the images of 16 groups would be moved about for longer than their paths take: fewer groups, of
-// which all are multiplied with each other, are as unbiased (image_loss.h) and leave out a quarter of the pairs.
+// The images of 16 groups of whole batches would be moved about for longer than their paths take: fewer groups, all
+// multiplied with each other, are as unbiased (image_loss.h) and leave out a quarter of the pairs.
 std::size_t batch_groups(int spp) {
   for (const int groups : {4, 3, 2})
     if (spp % groups == 0) return count(groups);

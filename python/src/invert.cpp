@@ -27,7 +27,7 @@ namespace {
 
 using namespace nb::literals;
 
-// What both kinds of inversion are asked with.
+// The arguments of both kinds of inversion.
 struct Question {
   std::shared_ptr<const Scene> scene;
   std::vector<std::string> parameters;

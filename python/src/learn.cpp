@@ -74,7 +74,7 @@ nb::object forward(Network& network, const FloatArray& images) {
   return numpy_array(std::move(raw), {images.shape(0), outputs});
 }
 
-// What the network sees of luminance (size, size), where it knows nothing else.
+// The network's input for luminance (size, size) when nothing else is known.
 nb::object input(const Network& network, const FloatArray& luminance) {
   const auto size = static_cast<std::size_t>(network.description().size);
   std::vector<float> result(network.image_values());

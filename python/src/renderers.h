@@ -18,7 +18,7 @@
 
 namespace itn::python {
 
-// What a renderer is made for.
+// The options that a renderer is made for.
 struct RendererKey {
   int sensor = 0;
   Operator op = Operator::full;

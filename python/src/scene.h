@@ -39,7 +39,7 @@ struct Variant {
   std::shared_ptr<const Scene> scene;
 };
 
-// What a call renders: the variant, or the scene as it is.
+// The scene that a call renders: the variant, or the scene as it is.
 inline const std::shared_ptr<const Scene>& rendered(const SceneObject& object, const Variant* variant) {
   return variant ? variant->scene : object.scene();
 }

@@ -85,7 +85,7 @@ std::shared_ptr<TargetImage> from_file(const SceneObject& object, int sensor_ind
                                                    sensor.luminance ? 1 : 3, {transfer_curve(curve), saturation}));
 }
 
-// Of all that it holds.
+// The fingerprint of all that the target holds.
 std::string fingerprint_of_target(const TargetImage& target) {
   std::uint64_t all = fingerprint("");
   for (const std::vector<float>* values : {&target.value, &target.weight, &target.error, &target.noise})

@@ -1,4 +1,4 @@
-// What the libraries warn of, as Python's warnings.
+// Warnings of the libraries, as Python's warnings.
 #pragma once
 #include <nanobind/nanobind.h>
 

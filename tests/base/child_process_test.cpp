@@ -1,4 +1,4 @@
-// Tests of work in a child process: whatever happens to it stays there.
+// Work in a child process leaves no trace outside of it.
 #include "runtime/base/child_process.h"
 
 #include <atomic>

@@ -1,4 +1,4 @@
-// Tests that a file that was read is not written over, and is known again.
+// Files that were read are not written over, and are known again.
 #include "runtime/base/inputs.h"
 
 #include <catch2/catch.hpp>

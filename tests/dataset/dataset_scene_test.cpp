@@ -119,6 +119,6 @@ TEST_CASE("scenes/dataset/environment.xml is the scene of a data set in an envir
   double chi_square = 0;
   for (std::size_t i = 0; i < a.mean.size(); ++i)
     chi_square += std::pow(a.mean[i] - b.mean[i], 2) / (std::pow(a.stderr_[i], 2) + std::pow(b.stderr_[i], 2));
-  // The sum over 1024 pixels has to be within 5 of its standard deviations.
+  // With 1024 pixels chi-square is within 5 of its standard deviations.
   CHECK(std::abs(chi_square - 1024) < 5 * std::sqrt(2 * 1024.0));
 }

@@ -1,4 +1,4 @@
-// Tests of the images that the same paths give with other albedos of the medium.
+// Images of the same paths with other albedos of the medium.
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>

@@ -1,4 +1,4 @@
-// Tests of the configuration of a data set, and of the plan that follows from it.
+// The request of a data set, and the plan that follows from it.
 #include "network/dataset/plan.h"
 
 #include <algorithm>

@@ -1,4 +1,4 @@
-// Tests of a known shape as the camera of a data set sees it.
+// Buffers of a known shape, as the camera of a data set sees it.
 #include "network/dataset/shape_buffers.h"
 
 #include <catch2/catch.hpp>

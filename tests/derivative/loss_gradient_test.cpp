@@ -28,7 +28,7 @@ TargetImage grey_target(float value) {
   return {6, 6, 1, std::vector<float>(36, value), std::vector<float>(36, 1.0F), {}};
 }
 
-// The estimate that most code makes: T and dT from the same samples, multiplied.
+// The estimate of most code: T and dT from the same samples, multiplied.
 double product_of_means(const std::vector<Rendering>& groups, const TargetImage& target, std::size_t parameter) {
   double sum = 0;
   for (std::size_t i = 0; i < target.value.size(); ++i) {

@@ -187,8 +187,8 @@ TEST_CASE("mean score of a rough dielectric is the derivative of its albedo, by 
         Approx(albedo_slope(surface, reflection, &RoughDielectric::eta)).epsilon(1e-3).margin(1e-4));
 }
 
-// The decisions are those of rough_dielectric_sample, with the samples that come out on the wrong side, as a baseline
-// needs them.
+// The decisions of rough_dielectric_sample count, samples that come out on the wrong side included, as a baseline
+// needs.
 TEST_CASE("mean score of a rough dielectric's decisions is zero over normals and lobes", "[derivative]") {
   const int distribution = GENERATE(MICROFACET_BECKMANN, MICROFACET_GGX);
   const double cosine = GENERATE(0.9, 0.2, -0.6), alpha = GENERATE(0.2, 0.5), index = 1.4;

@@ -34,8 +34,7 @@ inline std::vector<Derivative> derivatives_of(const ScoreFunction& function) {
   return result;
 }
 
-// The number of entries of an array that the tests give: of a model's n, those that it has derivatives by. The others
-// are 1.
+// The number of an array's numbers that the tests give: those of a model that it has derivatives by. The others are 1.
 inline int numbers_given(const ScoreFunction& function, const std::string& array) {
   return array == "n" ? derivatives_of(function).back().slot + 1 : most_numbers;
 }
@@ -71,9 +70,9 @@ class Evaluation {
 
   double operator[](int node) const { return value_[static_cast<std::size_t>(node)]; }
 
-  // The most that rounding can change a node by, in units of the relative rounding error of one operation: the sum over
-  // all the numbers in its computation, constants included, of |number| * |d node / d number|. (First order: it does
-  // not know of comparisons that tip over.)
+  // The distance by which rounding can move a node, in units of the relative rounding error of one operation: the sum
+  // over all the numbers in its computation, constants included, of |number| * |d node / d number|. (First order: it
+  // does not know of comparisons that tip over.)
   double rounding(int node) const {
     std::vector<double> adjoint(value_.size());
     adjoint[static_cast<std::size_t>(node)] = 1;

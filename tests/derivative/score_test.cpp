@@ -270,9 +270,8 @@ Outcome compare(const ScoreFunction& function, const Columns& in, std::size_t wh
   return outcome;
 }
 
-// Checks the outcome of n rows. Some may be off: rounding bounds are first order and blind to comparisons that tip
-// over, and a central difference is wrong where it straddles a branch or the step is not small beside the distance to a
-// singularity.
+// Checks the outcome of n rows: rounding bounds are first order and blind to comparisons that tip over; a central
+// difference is wrong where it straddles a branch or the step is not small beside the distance to a singularity.
 void check(const Outcome& outcome, const std::string& what) {
   INFO(what << ": compared " << outcome.compared << ", of them with a sharp difference " << outcome.sharp_difference
             << ", device bound below 1e-4 " << outcome.sharp_device << ", off dual " << outcome.off_dual

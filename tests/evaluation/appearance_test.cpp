@@ -1,4 +1,4 @@
-// Tests of the difference between images, whatever their noise.
+// Measures of how much images differ, whatever their noise.
 #include "network/evaluation/appearance.h"
 
 #include <catch2/catch.hpp>

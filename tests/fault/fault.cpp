@@ -72,7 +72,7 @@ bool is_in_folder(const char* path) {
   return std::strncmp(whole.data(), plan().folder, length) == 0 && (whole[length] == '/' || whole[length] == '\0');
 }
 
-// True for descriptors that are open files of the folder.
+// The descriptors that are open files of the folder.
 std::array<std::atomic<bool>, 4096> is_open{};
 
 bool is_tracked(int file) {

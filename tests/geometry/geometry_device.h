@@ -53,7 +53,7 @@ class GeometryOnDevice {
   // Flights of t_max: which ones the grid declares clear, and its bound of the distance from the origin to any surface.
   void fly(const std::vector<TestRay>& rays, std::vector<int>& clear, std::vector<float>& distance,
            Seconds* time = nullptr) const;
-  // The rays that a path tracer traces inside a medium: paths from `start` with t_max drawn from the mean free path.
+  // Queries of a path tracer inside a medium: rays of paths from `start` with t_max drawn from the mean free path.
   std::vector<TestRay> paths(Vec3 start, double mean_free_path, double albedo, std::size_t n, unsigned seed) const;
   WalkCounts walk(Vec3 start, double mean_free_path, std::uint64_t segments, unsigned seed) const;
   struct Frame {

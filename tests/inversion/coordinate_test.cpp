@@ -5,7 +5,6 @@
 #include <cmath>
 
 #include "itn/error.h"
-
 #include "kernels/model/obstacle.h"
 
 using namespace itn;

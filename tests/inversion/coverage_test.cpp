@@ -57,8 +57,8 @@ Coverage measure(int inversions, std::uint64_t seed) {
   return coverage;
 }
 
-// Results of both methods for the same photos, without a start: the posterior has the distribution that materials are
-// drawn from as its prior, Gauss-Newton starts from a material drawn like the photo's.
+// Results of both methods for the same photos, without a start: the posterior knows the distribution that materials are
+// drawn from, Gauss-Newton starts from a material drawn like the photo's.
 struct Comparison {
   int photos = 0, settled = 0, joint = 0, covered = 0;
   int converged = 0, gauss_newton_intervals = 0, gauss_newton_covered = 0;

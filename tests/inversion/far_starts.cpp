@@ -38,7 +38,7 @@ Material drawn(std::mt19937_64& random) {
   return {sigma_t, albedo, uniform(random) - 0.2};
 }
 
-// Counts how often intervals contain the truth.
+// Counts how often the truth is inside.
 struct Inside {
   int photos = 0, intervals = 0, covered = 0;
 

@@ -230,7 +230,7 @@ std::string grid_called(const std::string& parameter) {
       <transform name="to_world"><scale value="2"/><translate x="-1" y="-1" z="-1"/></transform></volume>)";
 }
 
-// The error that is left in the voxels of a parameter, which all start from `start`, over the error at the start.
+// Inverts the voxels of a parameter, which all start from `start`: the error that is left, over that at the start.
 double error_left(Scene scene, const VoxelGrid& truth, const std::string& parameter, float start,
                   const TextureInversionOptions& options) {
   std::vector<TargetImage> targets;

@@ -38,7 +38,7 @@ struct RecordedMap {
 };
 #include "environment_mitsuba.inc"
 
-// Evaluates kernels/light/environment.h for an emitter on the device, at one width.
+// Runs the functions of kernels/light/environment.h for an emitter, at one width.
 class OnDevice {
  public:
   OnDevice(const Environment& emitter, int width) : width_(width) {
@@ -406,7 +406,7 @@ TEST_CASE("environment map sampling follows its density") {
 
 namespace {
 
-// An emitter of spherical harmonics of that order, positive in most directions.
+// Random harmonics up to this order, positive in most directions.
 Environment harmonics(int order, unsigned seed) {
   std::mt19937 generator(seed);
   std::normal_distribution<double> normal;

@@ -1,5 +1,5 @@
 // Fields against quadrature in double precision of the interpolation that the format promises: values, free flights
-// (chi-square), transmittance and thickness (z-tests), spectral weights.
+// (chi-square), transmittance and column density (z-tests), spectral weights.
 #include "runtime/render/compile/field.h"
 
 #include <array>
@@ -105,7 +105,7 @@ class Reference {
 };
 
 // Integrals of the field along the ray up to each of `steps` equal distances.
-std::vector<double> thicknesses(const Ray& ray, std::size_t channel, int steps) {
+std::vector<double> column_densities(const Ray& ray, std::size_t channel, int steps) {
   const Reference field(ray.volume);
   constexpr int fine = 4000;
   std::vector<double> result{0};
@@ -233,7 +233,7 @@ std::vector<Ray> rays() {
 
 }  // namespace
 
-TEST_CASE("fields: values, flights, transmittance and thickness against quadrature", "[kernel][stat]") {
+TEST_CASE("fields: values, flights, transmittance and column density against quadrature", "[kernel][stat]") {
   for (const int width : {1, 16})
     for (const Ray& ray : rays()) {
       INFO(ray.name << ", width " << width);
@@ -251,16 +251,17 @@ TEST_CASE("fields: values, flights, transmittance and thickness against quadratu
       };
       for (std::size_t i = 0; i < samples; ++i) observed[cell_of(i)] += 1;
       for (std::size_t c = 0; c < (ray.spectral ? 3 : 1); ++c) {
-        const std::vector<double> thickness = thicknesses(ray, c, cells);
-        const double whole = thickness.back(), sigma_t = ray.sigma_t[c];
+        const std::vector<double> column_density = column_densities(ray, c, cells);
+        const double whole = column_density.back(), sigma_t = ray.sigma_t[c];
         CHECK(at(11 + c, 0) == Approx(Reference(ray.volume)(ray.from, c)).epsilon(1e-4).margin(1e-5));
         const Mean through = mean_of([&](std::size_t i) { return at(5 + c, i); });
         CHECK(std::abs(through.value - std::exp(-sigma_t * whole)) < z_bound * through.error + 3e-5);
         const Mean length = mean_of([&](std::size_t i) { return at(8 + c, i); });
         CHECK(std::abs(length.value - whole) < z_bound * length.error + 1e-4 * whole);
         for (std::size_t k = 0; k <= cells; ++k) {
-          const double share = k == cells ? std::exp(-sigma_t * whole)
-                                          : std::exp(-sigma_t * thickness[k]) - std::exp(-sigma_t * thickness[k + 1]);
+          const double share =
+              k == cells ? std::exp(-sigma_t * whole)
+                         : std::exp(-sigma_t * column_density[k]) - std::exp(-sigma_t * column_density[k + 1]);
           if (!ray.spectral) {
             expected.push_back(share * scored);
             continue;
@@ -278,7 +279,7 @@ TEST_CASE("fields: values, flights, transmittance and thickness against quadratu
     }
 }
 
-TEST_CASE("where a field is the same everywhere transmittance and thickness have no noise", "[kernel]") {
+TEST_CASE("where a field is the same everywhere transmittance and column density have no noise", "[kernel]") {
   const Ray ray = rays().front();
   const std::vector<float> out = follow(ray, 16);
   for (std::size_t i = 0; i < samples; ++i) {

@@ -1,5 +1,4 @@
-// Tests of how bodies that refract find a light (runtime/render/compile/light_reach.h): by where it stands and how wide
-// they see it.
+// Bodies that refract find a light by where it stands and how wide they see it (runtime/render/compile/light_reach.h).
 #include "runtime/render/compile/light_reach.h"
 
 #include <catch2/catch.hpp>
@@ -20,7 +19,7 @@ Light point_at(double x, double y, double z) {
   return light;
 }
 
-// A scene with one body, of rough glass by default, filled with a medium.
+// A scene with a body of rough glass that is filled with a medium.
 Scene scene_of(Shape body, const char* bsdf = "roughdielectric") {
   Scene scene;
   body.bsdf = 0;

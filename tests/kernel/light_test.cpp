@@ -78,7 +78,7 @@ std::vector<Sample> sample(const Scene& scene, const Vec3& from, int width) {
   return result;
 }
 
-// Maps a point of the shape to [0, 1)^2, where areas are in proportion to those on the shape.
+// Maps a point of the shape to [0, 1)^2, in proportion to area.
 using Chart = Point (*)(const Vec3&);
 
 double turn(double y, double x) {

@@ -1,6 +1,6 @@
-// Tests for every BSDF of kernels/model/bsdf/list.h, in every variant: it is sampled in proportion to its density, a
-// sample's weight is its value over its density, no more light is given back than arrives. A new BSDF needs no test of
-// its own for these.
+// Promises of every BSDF of kernels/model/bsdf/list.h, in every variant: sampled in proportion to its density, a
+// sample's weight its value over its density, no more light given back than arrives. A new one needs no test of its own
+// for these.
 #include <algorithm>
 #include <array>
 #include <catch2/catch.hpp>
@@ -52,14 +52,14 @@ std::vector<BsdfUnderTest> all_bsdfs() {
   return all;
 }
 
-// The BSDFs that draw directions from a density.
+// The BSDFs that draw directions.
 std::vector<BsdfUnderTest> drawing_bsdfs() {
   std::vector<BsdfUnderTest> all = all_bsdfs();
   std::erase_if(all, [](const BsdfUnderTest& b) { return b.model->traits & BSDF_SMOOTH; });
   return all;
 }
 
-// The BSDFs that choose some or all of their directions (delta components).
+// The BSDFs that choose some directions, or all.
 std::vector<BsdfUnderTest> choosing_bsdfs() {
   std::vector<BsdfUnderTest> all = all_bsdfs();
   std::erase_if(all, [](const BsdfUnderTest& b) { return !(b.model->traits & (BSDF_SMOOTH | BSDF_PARTLY_SMOOTH)); });

@@ -42,7 +42,7 @@ Columns look_up(int width, const std::array<float, 6>& to_uv, const std::vector<
   return run_lanes(lookup, width, {u, v, bytes, numbers});
 }
 
-// True where a coordinate after to_uv is in the second half of its unit.
+// Is a coordinate, after to_uv, in the second half of its unit?
 bool second_half(double x) { return x - std::floor(x) > 0.5; }
 
 double to_border(double x) { return std::abs(2 * x - std::round(2 * x)) / 2; }

@@ -27,7 +27,7 @@ Arrival arrival(const Light& light, const Vec3& from, const Vec3& on = {}, const
   return light.model->arrives(light.model->to_numbers(light.variant, light.slots()), from, on, normal);
 }
 
-// The power that goes through a sphere of that radius about the light's position, for a colour of 1.
+// The power through a sphere of that radius about the light's position, for a colour of 1.
 double power(const Light& light, const Vec3& position, double radius) {
   const auto through = [&](double z, double phi) {
     const double r = std::sqrt(1 - z * z);

@@ -1,5 +1,5 @@
-// Tests of what is particular to Draine's phase function: its values at the ends of its range, and its sampler wherever
-// g is near 0 or negative and alpha large. Norm and mean cosine are in phase_functions_test.cpp.
+// Promises of Draine's phase function alone: its values at the ends of its range, and its sampler wherever g is near
+// 0 or negative and alpha large. Norm and mean cosine are in phase_functions_test.cpp.
 #include <algorithm>
 #include <catch2/catch.hpp>
 

@@ -1,5 +1,5 @@
-// Tests for every phase function of kernels/model/phase/list.h: it is normalised, has the mean cosine that it says, and
-// is sampled in proportion to itself. A new one needs no test of its own for these.
+// Promises of every phase function of kernels/model/phase/list.h: normalised, with the mean cosine that it says,
+// sampled in proportion to itself. A new one needs no test of its own for these.
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>

@@ -1,5 +1,4 @@
-// Tests of what is particular to Rayleigh's phase function; norm, mean cosine and chi-square are in
-// phase_functions_test.cpp.
+// Promises of Rayleigh's phase function alone; norm, mean cosine and chi-square are in phase_functions_test.cpp.
 #include <catch2/catch.hpp>
 
 #include "../support/lane_function.h"

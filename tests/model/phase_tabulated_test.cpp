@@ -1,5 +1,5 @@
-// Tests of what is particular to the tabulated phase function: it is in proportion to its table, of any number of
-// values, also where some are 0, and its samples follow it.
+// Promises of the tabulated phase function alone: it is in proportion to its table, of any number of values, also
+// where some are 0, and its samples follow it.
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>

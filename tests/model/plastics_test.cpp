@@ -1,4 +1,4 @@
-// Tests of the light that a rough coating lets pass, as the host integrates it and the device evaluates it.
+// Transmittance of a rough coating, as the host integrates it and the device evaluates it.
 #include <algorithm>
 #include <array>
 #include <catch2/catch.hpp>

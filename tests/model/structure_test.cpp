@@ -1,6 +1,5 @@
-// Tests of structures that XML nests around BSDFs, each as one BSDF: it is sampled in proportion to its density, a
-// sample's weight is its value over its density, on the device as in double precision, and it is differentiated as the
-// sum that it is.
+// Elements that XML nests around BSDFs, as one BSDF: sampled in proportion to its density, a sample's weight its value
+// over its density, on the device as in double precision, and differentiated as the sum that it is.
 #include "runtime/scene/model/structure.h"
 
 #include <algorithm>

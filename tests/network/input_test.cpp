@@ -1,4 +1,4 @@
-// Tests of a network's input, from an image, its shape and its light.
+// The network's input from an image, its shape and its light.
 #include "network/model/input.h"
 
 #include <catch2/catch.hpp>
@@ -28,7 +28,7 @@ NetworkDescription network_of(int channels, double luminance = 1) {
   return description;
 }
 
-// The message with which `read` refuses the file after its image was changed, "accepted" where it does not.
+// The message of reading a file after its image was changed.
 std::string message(const std::string& file, const std::function<void(ExrImage&)>& change,
                     const std::function<void()>& read) {
   const ExrImage original = read_exr(file);

@@ -69,8 +69,7 @@ inline Numbers relu_backward(const Numbers& output, Numbers output_gradient) {
   return output_gradient;
 }
 
-// Returns for each pooled pixel the pixel of the map that it is, the first of equal ones; where the image has one
-// pixel, that one.
+// The pixel of the map that each pooled pixel is; itself if the image has one pixel. The first of equal ones.
 inline std::vector<std::size_t> greatest_of_four(const Shape& s, const Numbers& map) {
   std::vector<std::size_t> from;
   for (std::size_t plane = 0; plane < s.batch * s.out; ++plane)

@@ -8,7 +8,7 @@
 
 namespace {
 
-// The data that ranks, here threads that meet, have in common.
+// Ranks are threads here, and meet at this table.
 struct Table {
   explicit Table(int ranks) : meeting(ranks), given(static_cast<std::size_t>(ranks)) {}
   std::barrier<> meeting;

@@ -437,7 +437,7 @@ TEST_CASE("A distribution is learnt by likelihood: it says how far off it is, an
   second.restore_best();
   CHECK(same_weights(whole, gone_on));
 
-  // A network that knows nothing of a share that is uniform over 0.8 has a loss of log(0.8).
+  // A share of which nothing is known is uniform over 0.8, which costs log(0.8).
   CHECK(trainer.curve()[trainer.best_epoch()].validation < std::log(0.8) - 0.5);
   std::vector<double> square(2);
   for (std::size_t i = 0; i < validation.count(); ++i) {

@@ -1,4 +1,4 @@
-// Tests of a scene's light as the host prepares it, without a device.
+// Tables that the host makes of a scene's light, without a device.
 #include "runtime/render/compile/environment.h"
 
 #include <catch2/catch.hpp>

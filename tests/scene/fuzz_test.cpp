@@ -75,7 +75,7 @@ std::string serialized(const std::string& body) {
   return std::string("\x1c\x04\x03\x00", 4) + packed.substr(0, size) + std::string("\0\0\0\0\1\0\0\0", 8);
 }
 
-// Counts the damaged files that are read and refused: were nearly all refused, or nearly none, little would be tested.
+// The fate of damaged files: were nearly all refused, or nearly none, little would be tested.
 struct Counts {
   int read = 0, refused = 0;
 

@@ -61,8 +61,8 @@ struct Expected {
   double eta;     // far side over near side
 };
 
-// Checks what boundaries do with a path once the direction is known: counts the paths that do otherwise, and keeps the
-// largest errors.
+// Outcome of boundaries for a path once the direction is known: counts of paths that do otherwise, and the largest
+// errors.
 struct BoundaryCheck {
   std::size_t wrong = 0, died = 0, reflected = 0;
   double direction = 0, throughput = 0, scale = 0, position = 0;

@@ -13,7 +13,7 @@ using namespace itn::test;
 
 namespace {
 
-// Paths start as camera rays, or as flights from places in the medium, where connections matter most.
+// Starts of paths: camera rays, or flights from places in the medium, where connections matter most.
 enum class Start { camera, medium };
 
 std::vector<Rgb> samples_of(const Scene& scene, Start start, bool light_sampling, int width, Operator op,

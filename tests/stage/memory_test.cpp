@@ -14,7 +14,7 @@ using namespace itn::test;
 
 namespace {
 
-// The size of the scene's arrays, which cannot shrink [byte].
+// The memory that cannot shrink [byte].
 std::uint64_t scene_bytes(const Scene& scene) {
   LaunchData data;
   data.geometry.box_width = 16;

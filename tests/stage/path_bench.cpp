@@ -58,7 +58,7 @@ void each_field(const PathFields& fields, SomePath& p, std::size_t throughput, s
     one("CHANCE", p.chance);
   }
   if (has("HAS_AREA_LIGHTS") && has("LIGHT_SAMPLING")) several("ORIGIN", p.origin, 3);
-  if (has("HAS_AREA_LIGHTS") && has("ROUGH_LIGHT_SAMPLING")) one("RIVAL", p.rival);
+  if (has("HAS_AREA_LIGHTS") && has("ROUGH_LIGHT_SAMPLING")) one("LAST_PDF_DIVISOR", p.last_pdf_divisor);
 }
 
 // By the names of kernels.
@@ -106,7 +106,7 @@ PathBench::PathBench(const Device& device, const Scene& scene, const Options& op
   buffers_.upload_geometry(device, data_.geometry);
   buffers_.upload_scenes(device, data_);
   for (cl::Buffer* unused :
-       {&buffers_.derivatives, &buffers_.futures, &buffers_.visits, &buffers_.pulls, &buffers_.gradient})
+       {&buffers_.derivatives, &buffers_.futures, &buffers_.visits, &buffers_.pixel_adjoints, &buffers_.gradient})
     *unused = device.upload(std::vector<float>{}, "unused");
   buffers_.misplaced = device.upload(std::vector<cl_uint>{0}, "misplaced");
   buffers_.endless = device.upload(std::vector<cl_uint>{0}, "endless");
@@ -170,7 +170,7 @@ void PathBench::unpack(const std::vector<float>& storage, std::vector<Path>& pat
   }
 }
 
-// Sets the queue that each slot waits in. Throws where a slot is in no queue or in two.
+// Reads which queue each slot waits in. Throws if a slot is in no queue or in two.
 void PathBench::read_queues(const std::vector<float>& storage, const std::vector<int>& lengths, std::size_t stride,
                             std::vector<Path>& paths) const {
   const std::size_t queue_count = stages_.size();

@@ -28,7 +28,7 @@ struct Path {
   Vec3 arrival{};
   double chance = 1;
   Vec3 origin{};
-  double rival = 1;
+  double last_pdf_divisor = 1;
   Queue queue = Queue::free;  // where it waits; free: it has ended
   Rgb sample_radiance{};      // what it gave to its pixel when it ended
 };
@@ -54,7 +54,7 @@ class PathBench {
   // Stage after stage until all paths have ended.
   void run_all(std::vector<Path>& paths);
 
-  // The queue in which paths wait at surfaces of the BSDF.
+  // The queue where paths wait at surfaces of the BSDF.
   Queue queue_of(const Bsdf& bsdf) const;
 
   bool has(const char* feature) const { return definitions_.at(feature) != "0"; }

@@ -1,4 +1,4 @@
-// Tests that the schedule, the number of paths in a launch and the other jobs that share it change no bit.
+// The schedule, the number of paths per launch and the jobs that share it do not change a bit.
 #include <catch2/catch.hpp>
 #include <map>
 

@@ -1,4 +1,4 @@
-// The stage tests share a device, the widths to test and a Kolmogorov-Smirnov test.
+// Common code of the stage tests.
 #pragma once
 #include <algorithm>
 #include <cmath>

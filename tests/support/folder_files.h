@@ -1,4 +1,4 @@
-// The contents of a folder, to compare it with another or with itself later.
+// The files of a folder, to compare it with another or with itself later.
 #pragma once
 #include <filesystem>
 #include <map>

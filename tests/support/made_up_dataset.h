@@ -6,7 +6,7 @@
 
 constexpr int made_up_size = 8;  // pixels a side
 
-// A data set whose images are chequers whose mean tells albedo, whose contrast sigma_t and whose slope across g, times
+// Contents of the images: chequers whose mean tells albedo, whose contrast sigma_t and whose slope across g, times
 // some noise. Shapes 0 (train) and 1 (test): the upper half of a ball, and a slope; lights: the zenith, and 60 degrees
 // from it.
 struct MadeUpDataset {

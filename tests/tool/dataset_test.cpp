@@ -37,7 +37,7 @@ std::string write_config(const TemporaryFolder& folder, int materials) {
   return folder / "config.json";
 }
 
-// How many files a folder holds, which need not be there yet.
+// The number of files in a folder, which need not be there yet.
 std::ptrdiff_t entries_of(const std::string& folder) {
   std::error_code missing;
   return std::distance(std::filesystem::directory_iterator(folder, missing), {});

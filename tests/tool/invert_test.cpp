@@ -174,7 +174,7 @@ TEST_CASE("itn invert of a few numbers is the posterior, and Gauss-Newton where 
   CHECK(albedo["high"].get<double>() > 0.6);
   for (const char* name : {"samples.csv", "report.html", "state.json", "renderings"})
     CHECK(std::filesystem::exists(folder / ("fit/" + std::string(name))));
-  // What was known, and a range, are the posterior's, too.
+  // The posterior takes a prior and a range, too.
   const auto known = answer({"--prior", "skin.albedo.G=0.55,0.65", "--exposure"});
   CHECK(known["method"] == "posterior");
   CHECK(known["prior"] == nlohmann::json{"skin.albedo.G=0.55,0.65"});

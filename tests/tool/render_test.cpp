@@ -247,7 +247,7 @@ TEST_CASE("--derivative by a smooth index, a texture or an albedo of 0 is a usag
     CHECK_THAT(result.error, Catch::Contains(parameter) && Catch::Contains(message));
     CHECK(!std::filesystem::exists(folder / "a.exr"));
   }
-  // What is not 0 beside a 0 stays differentiable.
+  // A component that is not 0 beside a 0 stays differentiable.
   const Result beside =
       run_itn({"render", folder / "black.xml", "-o", folder / "a.exr", "--spp", "1", "--derivative", "skin.albedo.R"});
   INFO(beside.error);

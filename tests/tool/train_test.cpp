@@ -368,7 +368,7 @@ TEST_CASE("itn predict says what is wrong with network, images and what is known
   itn::write_exr(folder / "broken.exr", broken);
   refuses({"predict", one, folder / "broken.exr"}, 3, "has 4 x 16 pixels, need a square image");
 
-  // What the data set knows, given by hand, is the same; the length of --light does not matter.
+  // The data set's knowledge, given by hand, has the same result; the length of --light does not matter.
   const Result by_set = run_itn({"predict", six, image, "--dataset", set.folder});
   const Result by_hand = run_itn({"predict", six, image, "--shape-buffers", shape, "--light", "0,0,2"});
   INFO(by_set.error << by_hand.error);

@@ -234,8 +234,7 @@ TEST_CASE("replay: memory does not grow with the number of parameters", "[deriva
 
 namespace {
 
-// The mean variance that gradients claim over the true variance among gradients of other samples each, one ratio for
-// each parameter.
+// The mean claimed variance over the true one, of gradients of other samples each, a parameter each.
 std::vector<double> claimed_over_true(const Scene& scene, const RenderOptions& options, int spp, int repeats) {
   const TargetImage target = uneven_target(scene.sensors[0]);
   GradientRenderer renderer(device(), scene, options);

@@ -114,8 +114,7 @@ struct Comparison {
   double other_channels = 0;                      // largest |derivative| in channels that the parameter does not touch
 };
 
-// Compares derivatives with central differences, for the mean over the pixels and over the channels that the parameter
-// touches.
+// Compares the mean over the pixels and over the channels that the parameter touches.
 std::vector<Comparison> compare(const Scene& scene, const std::vector<Parameter>& parameters, Operator op,
                                 int samples_a_pixel) {
   std::vector<Scene> scenes{scene};
@@ -167,8 +166,7 @@ std::vector<Comparison> compare(const Scene& scene, const std::vector<Parameter>
     result[i].difference = difference.estimate();
     result[i].second_order = second_order.estimate();
     result[i].disagreement = disagreement.estimate();
-    // The error of float products whose factor is moved by a millionth part of the value: it shows where there is no
-    // noise.
+    // Rounding of float products whose factor is moved by a millionth part of the value: it shows without noise.
     result[i].rounding = 1e-6 * value.estimate().value / h;
   }
   return result;

@@ -183,7 +183,7 @@ class Comparison {
         ++tested_;
         worst_ = std::max(worst_, relative);
       }
-      // Baselines leave no noise where nothing is absorbed, only the rounding of scores of order 1.
+      // If nothing is absorbed, baselines leave no noise, only the rounding of scores of order 1.
       constexpr double rounding = 1e-6;
       estimate.stderr_ = std::hypot(estimate.stderr_, e.uncertainty, rounding);
       const double z = z_score(estimate, e.value);

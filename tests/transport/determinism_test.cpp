@@ -1,5 +1,5 @@
-// Tests that the schedule of paths does not change what they compute: bit-identical images on one device at one width;
-// between widths, where float operations may round differently, equal within the standard error.
+// The schedule of paths must not change what they compute: bit-identical images on one device at one width; between
+// widths, where float operations may round differently, equal within the standard error.
 #include <algorithm>
 #include <catch2/catch.hpp>
 

@@ -104,7 +104,7 @@ TEST_CASE(
   check("smoke.sigma_t.B", {1e-20, 1e9});
 }
 
-// Images are off by some percent where mean free paths are below the rounding of positions, whatever sigma_t is given
+// If mean free paths are below the rounding of positions, images are off by some percent whatever sigma_t is given
 // as (kernels/README.md).
 TEST_CASE("the channels of a medium with RGB sigma_t look as with their sigma_t alone, however dense it is") {
   Scene scene = small_scene("rgb_sigma_t_null");

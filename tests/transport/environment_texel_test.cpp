@@ -170,8 +170,8 @@ TEST_CASE("so they are of a bright window that shines into wax through a rough b
   CHECK(gradient(scene, staged, 16).values[1].data == result.values[1].data);
 }
 
-// The choice among several directions to connect to depends on what they bring, and so on the pixels, beyond the
-// densities: gradient and difference agree on average.
+// The choice of the direction that is connected depends on what the directions bring, and so on the pixels, beyond the
+// densities: the two agree on average.
 TEST_CASE("the gradient by a pixel of an environment map has the mean of differences at surfaces", "[.texels]") {
   const TemporaryFolder folder;
   const Scene scene = ball(folder);

@@ -61,7 +61,7 @@ std::string measured(const std::string& more = "") {
   return R"(<bsdf type="merl" id="m"><string name="filename" value="m.binary"/>)" + more + "</bsdf>";
 }
 
-// The value of one of the program's BSDFs as a formula of the angles of a measurement.
+// The values of a BSDF of the program.
 MerlFormula formula_of(const Bsdf& bsdf, void (*value)(int, const double*, Vector3<double>, Vector3<double>, double*)) {
   const std::vector<double> n = bsdf.model->to_numbers(bsdf.variant, bsdf.slots());
   return [n, value, variant = bsdf.variant](double half, double difference, double azimuth) {

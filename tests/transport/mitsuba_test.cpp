@@ -67,7 +67,7 @@ const std::vector<MitsubaScene> scenes = {
     {"volume_textures", 1024},
 };
 
-// Scenes whose features are in scenes above, too, in other combinations.
+// Other scenes above have the features of these, too, in other company.
 const std::vector<MitsubaScene> more_scenes = {
     {"checkerboard", 1024}, {"grid_inside", 1024}, {"hide_emitters", 1024},  {"lights_surfaces", 1024},
     {"max_depth", 1024},    {"nested", 1024},      {"null_envmap", 1024},    {"principled", 2048},

@@ -138,8 +138,8 @@ TEST_CASE("the gradient by a voxel of a phase function's number is the differenc
     for (const std::size_t voxel : {std::size_t{0}, std::size_t{3}, std::size_t{5}}) {
       std::vector<double> gradients, differences;
       for (const WeighedDerivatives& each : found) gradients.push_back(static_cast<double>(each.values[k].data[voxel]));
-      // The differences use the same random numbers: most paths are the same. The image is a polynomial in weights, and
-      // nearly one in g.
+      // Both use the same random numbers: most paths are the same. The image is a polynomial in weights, and nearly one
+      // in g.
       const double value = static_cast<double>(grid_of(scene, p)->data[voxel]);
       const double low = value < 0.1 && k == 0 ? 0 : value - 0.1, high = value > 0.9 && k == 0 ? 1 : value + 0.1;
       // The weighed image with that value, a sum for each run.

@@ -91,7 +91,7 @@ Estimate mean_of(const Image& image) {
   return result;
 }
 
-// The means of the image and of its derivatives.
+// The means of the image and of derivatives.
 std::vector<Estimate> means(const Scene& scene, const std::vector<std::string>& derivatives, std::uint64_t seed) {
   RenderOptions options;
   options.spp = 1 << 15;

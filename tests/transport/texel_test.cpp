@@ -119,9 +119,8 @@ void check_texels(const Scene& scene, const std::string& name, int spp, double h
   }
 }
 
-// Checks gradients where samples move with texels: the mean of differences over seeds against that of the gradients,
-// along a direction in which all texels move. They differ by no more than their noise, which is at most `precise` of
-// the derivative.
+// Checks the mean of differences over seeds against that of the gradients where samples move with texels, along a
+// direction in which all texels move. They differ by no more than their noise, which is `precise` of the derivative.
 void check_mean_along(const Scene& scene, const std::string& name, double h, double precise) {
   constexpr int seeds = 32, spp = 128;
   const Parameter p = find_parameter(list_parameters(scene), name);
@@ -157,9 +156,9 @@ void check_mean_along(const Scene& scene, const std::string& name, double h, dou
   CHECK(error < precise * std::abs(derivative));
 }
 
-// The BSDFs under a bent normal: one that reflects alike in all directions, and one that does not. The latter is GGX:
-// samples of Beckmann's facets are weighed by a fit that is up to 0.35 % off by the angle to the normal
-// (kernels/model/README.md), whose slope a central difference would see.
+// The BSDFs under a bent normal: one that reflects alike in all directions, and one that does not. GGX: samples of
+// Beckmann's facets are weighed by a fit that is up to 0.35 % off by the angle to the normal (kernels/model/README.md),
+// whose slope a central difference would see.
 const std::string matt = R"(<bsdf type="diffuse"><rgb name="reflectance" value="0.7, 0.5, 0.3"/></bsdf>)";
 const std::string glossy = R"(<bsdf type="roughconductor"><string name="material" value="Cu"/>
   <string name="distribution" value="ggx"/><float name="alpha" value="0.4"/></bsdf>)";

@@ -1,4 +1,4 @@
-// The transport tests share one device for the executable, scenes by name, and averages with standard errors.
+// Common code of the transport tests: one device for the executable, scenes by name, averages with standard errors.
 #pragma once
 #include <cmath>
 #include <map>

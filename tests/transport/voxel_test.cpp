@@ -20,8 +20,7 @@ using namespace itn::test;
 
 namespace {
 
-// A cube of side 2, seen by 16 x 8 pixels: its boundary and its medium, and the light, by default from all sides and
-// from a lamp.
+// The contents of a cube of side 2, seen by 16 x 8 pixels: a sensor with light from all sides or from a lamp.
 struct Setting {
   std::string boundary = R"(<bsdf type="null"/>)";
   std::string medium;  // inside of <medium>
@@ -100,8 +99,8 @@ Scene moved(const Scene& scene, const Parameter& p, std::size_t voxel, double of
   return result;
 }
 
-// Offsets in h, and their factors, of a difference whose error is of the fourth order in h; in an empty voxel it is
-// one-sided, and its error of the third.
+// The offsets in h, and their factors, of a difference whose error is of the fourth order in h; one-sided in an empty
+// voxel, and of the third order.
 std::vector<std::pair<double, double>> stencil(double value, double h) {
   if (value < 2 * h) return {{0, -11.0 / 6}, {1, 3}, {2, -1.5}, {3, 1.0 / 3}};
   return {{-2, 1.0 / 12}, {-1, -2.0 / 3}, {1, 2.0 / 3}, {2, -1.0 / 12}};

@@ -1,5 +1,4 @@
-// Tests of the images that are shown while a scene is viewed: the same as of render(), whatever was moved, shown and
-// interrupted before.
+// A scene that is looked at shows the same images as render(), whatever was moved, shown and interrupted before.
 #include "runtime/view/session.h"
 
 #include <catch2/catch.hpp>

@@ -286,26 +286,32 @@ void run(const BenchArguments& options) {
 
 void add_bench(CLI::App& app) {
   auto options = std::make_shared<BenchArguments>();
-  CLI::App* command = app.add_subcommand("bench", "speed and equal-error efficiency, beside Mitsuba 3 when asked");
-  add_common_options(*command, options->common);
-  command->add_option("--peer", options->peer, "also render in: mitsuba")->check(CLI::IsMember({"mitsuba"}));
-  command->add_option("--peer-python", options->peer_python,
-                      "python that has Mitsuba (default: .peers/bin/python, where tools/peers puts it)");
-  command->add_flag("--surfaces", options->surfaces, "surfaces without media, beside Mitsuba's path and prb");
-  command->add_flag("--volumes", options->volumes, "grids of voxels, beside Mitsuba's volpath");
-  command->add_option("--runs", options->runs, "images of each scene and renderer (default: 5)")
-      ->check(CLI::Range(2, 1000));
-  command->add_option("--only", options->only, "only scenes with this in their name");
+  CLI::App* command =
+      app.add_subcommand("bench", "Measure speed and equal-error efficiency, beside Mitsuba 3 when asked");
+  command->add_flag("--surfaces", options->surfaces, "Measure surfaces without media, beside Mitsuba's path and prb");
+  command->add_flag("--volumes", options->volumes, "Measure grids of voxels, beside Mitsuba's volpath");
   command->add_flag("--derivatives", options->derivatives,
-                    "then the cost of derivatives by sigma_t, albedo and g, or by all texels of a texture, voxels of a "
-                    "grid; with --peer beside "
-                    "prbvolpath or prb (3 runs or more tell standard errors)");
-  command->add_option("--baselines", options->baselines, "of the derivatives: quieter where they are on, at more time")
+                    "Also measure derivatives by sigma_t, albedo and g, or by all texels or voxels; with --peer beside "
+                    "prbvolpath or prb (standard errors from 3 runs on)");
+  command->add_flag("--stages", options->stages,
+                    "Also time the stages of each scene, and scattering beside a bare walk without a scene");
+  command->add_option("--only", options->only, "Measure only the scenes with this in their name");
+  group_options(*command, "What is measured", {"--surfaces", "--volumes", "--derivatives", "--stages", "--only"});
+  command->add_option("--runs", options->runs, "Images per scene and renderer (default: 5)")
+      ->check(CLI::Range(2, 1000));
+  command
+      ->add_option("--baselines", options->baselines,
+                   "Use baselines in the derivatives, which take noise away and add time")
       ->check(CLI::IsMember({"automatic", "on", "off"}))
       ->capture_default_str();
-  command->add_flag("--stages", options->stages,
-                    "then time the stages of each scene, and scattering beside a bare walk without a scene");
-  command->add_option("--scenes", options->scenes, "keep the scene files in this folder");
+  command->add_option("--scenes", options->scenes, "Keep the scene files in this folder");
+  group_options(*command, "How it is measured", {"--runs", "--baselines", "--scenes"});
+  command->add_option("--peer", options->peer, "Also render with this renderer")->check(CLI::IsMember({"mitsuba"}));
+  command->add_option("--peer-python", options->peer_python,
+                      "Python that has Mitsuba (default: .peers/bin/python, where tools/peers puts it)");
+  group_options(*command, "Comparison", {"--peer", "--peer-python"});
+  add_common_options(*command, options->common);
+  add_example(*command, "itn bench --peer mitsuba --runs 3 --derivatives");
   command->callback([options] { run(*options); });
 }
 

@@ -59,38 +59,46 @@ std::map<std::string, std::string> CommonOptions::definition_map() const {
 }
 
 void add_common_options(CLI::App& command, CommonOptions& options, const std::string& default_spp) {
-  command.add_option(
-      "--device", options.device,
-      "index, cpu, gpu or part of a name (itn devices lists them), several with commas between them: each "
-      "does a share of what mpirun could divide; else the environment variable ITN_DEVICE, else the first "
-      "GPU, else the first CPU");
-  command.add_option("--spp", options.spp, "samples a pixel; default: " + default_spp)
+  command.add_option("--device", options.device,
+                     "Index, cpu, gpu or part of a device's name, or several of these between commas; default: "
+                     "the environment variable ITN_DEVICE, else the first GPU, else the first CPU");
+  command.add_option("--spp", options.spp, "Samples per pixel; default: " + default_spp)
       ->check(CLI::Range(1, std::numeric_limits<int>::max()));
-  command.add_option("--seed", options.seed, "of the random numbers: the same seed gives the same result")
+  command.add_option("--seed", options.seed, "Seed of the random numbers; the same seed gives the same result")
       ->check(is_seed)
       ->capture_default_str();
-  command.add_option("-D", options.definitions, "name=value: fills $name in the scene; may be repeated")
+  command.add_option("-D", options.definitions, "Fill $name in the scene file, given as name=value; may be repeated")
       ->type_size(1)
       ->allow_extra_args(false);
-  command.add_flag("--quiet", options.quiet, "print nothing but errors");
-  command.add_option("--json", options.json, "also write the result as JSON to this file; - is standard output");
+  command.add_flag("--quiet", options.quiet, "Print nothing but errors");
+  command.add_option("--json", options.json, "Also write the result as JSON to this file; - is standard output");
+  group_options(command, "Common options", {"--device", "--spp", "--seed", "-D", "--quiet", "--json"});
 }
 
 void add_open_option(CLI::App& command, CommonOptions& options) {
-  command.add_flag("--open", options.open,
-                   "render shapes that bound a medium though they are not closed, as they are; without it they are "
-                   "refused");
+  command
+      .add_flag("--open", options.open,
+                "Render shapes that bound a medium but are not closed, as they are, instead of refusing them")
+      ->group("Common options");
+}
+
+void group_options(CLI::App& command, const std::string& group, const std::vector<std::string>& names) {
+  for (const std::string& name : names) command.get_option(name)->group(group);
+}
+
+void add_example(CLI::App& command, const std::string& example, const std::string& note) {
+  command.footer((note.empty() ? "" : note + "\n\n") + example_heading + "\n  " + example);
 }
 
 void add_operator_option(CLI::App& command, Operator& op) {
   const std::map<std::string, Operator> operators{{"full", Operator::full}, {"single", Operator::single}};
-  command.add_option("--operator", op, "full: all light; single: one scattering in the medium")
+  command.add_option("--operator", op, "Light to simulate: all of it (full), or one scattering in the medium (single)")
       ->transform(CLI::CheckedTransformer(operators).description("{full,single}"))
       ->default_str(name_of(op));
 }
 
 void add_sensor_option(CLI::App& command, int& sensor) {
-  command.add_option("--sensor", sensor, "which of the scene's sensors, from 0")
+  command.add_option("--sensor", sensor, "Index of the scene's sensor to use, from 0")
       ->check(CLI::Range(0, 1 << 20))
       ->capture_default_str();
 }
@@ -111,7 +119,7 @@ void add_size_option(CLI::App& command, std::optional<FilmSize>& size) {
   };
   command
       .add_option_function<std::string>("--size", parse,
-                                        "of the film instead of the scene's; a crop keeps its fraction")
+                                        "Film size in pixels, instead of the scene's; a crop keeps its fraction")
       ->type_name("WxH");
 }
 

@@ -1,4 +1,4 @@
-// What every sub-command shares: options with one name and meaning, and where results go.
+// Common code of the sub-commands: options with one name and meaning, and where results go.
 #pragma once
 #include <cstdint>
 #include <cstdio>
@@ -40,6 +40,13 @@ void add_common_options(CLI::App& command, CommonOptions& options, const std::st
 void add_open_option(CLI::App& command, CommonOptions& options);
 void add_operator_option(CLI::App& command, Operator& op);
 void add_sensor_option(CLI::App& command, int& sensor);
+// Lists these options under this heading in the command's help.
+void group_options(CLI::App& command, const std::string& group, const std::vector<std::string>& names);
+
+// Ends the command's help with an example, a line for the shell, after a note that may have several sentences.
+inline constexpr const char* example_heading = "Example:";
+void add_example(CLI::App& command, const std::string& example, const std::string& note = "");
+
 // --size WxH: of every film, instead of the scene's.
 void add_size_option(CLI::App& command, std::optional<FilmSize>& size);
 std::string name_of(Operator op);

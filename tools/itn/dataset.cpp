@@ -152,22 +152,22 @@ void run(const DatasetArguments& options, bool seed_given) {
 
 void add_dataset(CLI::App& app) {
   auto options = std::make_shared<DatasetArguments>();
-  CLI::App* command =
-      app.add_subcommand("dataset",
-                         "renders a data set: shapes x lights x materials\n\n"
-                         "Stopped at any moment, the same command goes on where it was, with the same result.");
+  CLI::App* command = app.add_subcommand("dataset", "Render a data set of shapes, lights and materials");
   command
       ->add_option("config", options->config,
                    fmt::format("JSON file, or one of the presets {}", fmt::join(dataset_presets(), ", ")))
       ->required();
-  command->add_option("-o,--output", options->folder, "folder for manifest.json, images/ and shapes/")->required();
+  command->add_option("-o,--output", options->folder, "Folder for manifest.json, images/ and shapes/")->required();
+  command->add_flag("--preview", options->preview, "Also write preview.png: some of the images side by side");
   command->add_option("--part", options->part,
-                      "K/N: of N parts of the images the K-th, as a process of its own; any number at a time, here or "
-                      "on other machines, into one folder; then --merge");
+                      "Render only part K of N, given as K/N; parts may run at the same time, on several machines, "
+                      "into one folder that --merge completes");
   command->add_flag("--merge", options->merge,
-                    "render nothing: check that all parts are there and whole, and complete the manifest");
-  command->add_flag("--preview", options->preview, "also preview.png: some of the images side by side");
+                    "Render nothing, but check that all parts are there and whole, and complete the manifest");
+  group_options(*command, "Parts", {"--part", "--merge"});
   add_common_options(*command, options->common, "the configuration's");
+  add_example(*command, "itn dataset tiny -o tiny --preview",
+              "Stopped at any moment, the same command resumes, with the same result.");
   command->callback([options, command] { run(*options, command->count("--seed") > 0); });
 }
 

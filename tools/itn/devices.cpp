@@ -55,8 +55,9 @@ void run(const CommonOptions& options) {
 
 void add_devices(CLI::App& app) {
   auto options = std::make_shared<CommonOptions>();
-  CLI::App* command = app.add_subcommand("devices", "every OpenCL device, and whether it can be used");
+  CLI::App* command = app.add_subcommand("devices", "List every OpenCL device and whether it can be used");
   add_common_options(*command, *options);
+  add_example(*command, "itn devices");
   command->callback([options] { run(*options); });
 }
 

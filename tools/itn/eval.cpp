@@ -105,47 +105,48 @@ void run(EvalArguments options) {
 
 void add_eval(CLI::App& app) {
   auto options = std::make_shared<EvalArguments>();
-  CLI::App* command = app.add_subcommand(
-      "eval",
-      "the paper's tables 1, 2 and 3 for trained networks: errors of the parameters, of images rendered with them, and "
-      "analysis by synthesis that starts from them\n\n"
-      "Stopped in the inversions of table 3, the same command goes on with them where it was; with other networks or "
-      "options they need another folder.");
-  command->add_option("data", options->evaluation.data, "folder of the data set (itn dataset)")->required();
+  CLI::App* command = app.add_subcommand("eval", "Compare trained networks as the paper's tables 1, 2 and 3 do");
+  command->add_option("data", options->evaluation.data, "Folder of the data set (itn dataset)")->required();
   command
       ->add_option("runs", options->evaluation.runs,
-                   "folders that itn train wrote, or .safetensors files; several of a kind give mean and spread")
+                   "Folders that itn train wrote, or .safetensors files; several of a kind give mean and spread")
       ->required();
-  command->add_option("-o,--output", options->evaluation.report, "folder for report.html, result.json, pictures")
+  command->add_option("-o,--output", options->evaluation.report, "Folder for report.html, result.json and pictures")
       ->required();
   command
       ->add_option("--images", options->evaluation.images,
-                   "table 2 and the information limit: so many test images, and a quarter as many of the training's; "
-                   "0: leave them out")
+                   "Test images of table 2 and the information limit, which takes a quarter as many training images, "
+                   "too; 0: leave both out")
       ->check(CLI::Range(0, 1'000'000))
       ->capture_default_str();
   command
       ->add_option("--inversions", options->evaluation.inversions,
-                   "table 3: so many images of every test shape, from the first RN, the first ITN, and the truth; 0: "
-                   "leave it out")
+                   "Images of every test shape to invert from the first RN, the first ITN, and the truth; 0: leave "
+                   "table 3 out")
       ->check(CLI::Range(0, 1'000'000))
       ->capture_default_str();
   command
       ->add_option("--iterations", options->evaluation.iterations,
-                   "table 3: of every inversion, 16 samples a pixel each")
+                   "Iterations of every inversion, of 16 samples per pixel each")
       ->check(CLI::Range(1, 1'000'000))
       ->capture_default_str();
   command
       ->add_option("--learning-rate", options->evaluation.learning_rate,
-                   "table 3: Adam's first; falls to 0 as a cosine")
+                   "First learning rate of Adam, which falls to 0 as a cosine")
       ->check(CLI::Range(1e-6, 10.0))
       ->capture_default_str();
+  group_options(*command, "Table 2", {"--images"});
+  group_options(*command, "Table 3", {"--inversions", "--iterations", "--learning-rate"});
   command
       ->add_option("--threads", options->threads,
-                   "of the networks; default OMP_NUM_THREADS, else one a core, which is the most unless "
-                   "ITN_FORCE_THREADS=1 is in the environment")
+                   "Threads of the networks, at most one per core unless ITN_FORCE_THREADS=1 is in the environment; "
+                   "default: OMP_NUM_THREADS, else one per core")
       ->check(CLI::Range(1, 1024));
   add_common_options(*command, options->common, "the data set's");
+  add_example(*command, "itn eval data rn itn -o report --images 40 --inversions 2",
+              "The tables have the errors of the parameters, those of images rendered with them, and those of analysis "
+              "by synthesis that starts from them.\nStopped in the inversions of table 3, the same command resumes "
+              "them; with other networks or options they need another folder.");
   command->callback([options] { run(*options); });
 }
 

@@ -49,16 +49,17 @@ void run(const ExportArguments& options) {
 
 void add_export(CLI::App& app) {
   auto options = std::make_shared<ExportArguments>();
-  CLI::App* command = app.add_subcommand("export",
-                                         "a trained network as ONNX, for other tools: radiance in, parameters in their "
-                                         "units out, with their 95 % intervals where it says them");
+  CLI::App* command = app.add_subcommand("export", "Export a trained network as ONNX, for other tools");
   command
-      ->add_option(
-          "run", options->run,
-          "folder that itn train wrote, .safetensors file, or a network that ships: `shipped`, `shipped-photos`")
+      ->add_option("run", options->run,
+                   "Folder that itn train wrote, .safetensors file, or network that ships with the program: `shipped`, "
+                   "`shipped-photos`")
       ->required();
-  command->add_option("-o,--output", options->output, "file to write, NAME.onnx")->required();
+  command->add_option("-o,--output", options->output, "File to write, NAME.onnx")->required();
   add_common_options(*command, options->common);
+  add_example(*command, "itn export shipped-photos -o photos.onnx",
+              "Radiance goes in; parameters in their units come out, with their 95 % intervals where the network has "
+              "them.");
   command->callback([options] { run(*options); });
 }
 

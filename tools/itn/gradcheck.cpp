@@ -94,21 +94,22 @@ void run(const GradcheckArguments& options) {
 void add_gradcheck(CLI::App& app) {
   auto options = std::make_shared<GradcheckArguments>();
   CLI::App* command = app.add_subcommand(
-      "gradcheck",
-      fmt::format("each derivative of an image against a central difference with the same random numbers\n\n"
-                  "The mean of the image is compared, channel by channel, in {} batches that share "
-                  "the samples a pixel. Exit code 1 if any of the z-scores exceeds the bound that all of them keep "
-                  "with probability {:.2f} % when the derivatives are right (Sidak).",
-                  DerivativeCheck::batches, 100 * (1 - DerivativeCheck::significance)));
+      "gradcheck", "Check each derivative of an image against a central difference with the same random numbers");
   command->add_option("scene", options->scene, "Mitsuba 3 XML file")->required();
   command
       ->add_option("--parameter", options->parameters,
-                   "check this scene parameter; may be repeated; default: all that are differentiable")
+                   "Scene parameter to check; may be repeated; default: all that are differentiable")
       ->take_all();
   add_operator_option(*command, options->op);
   add_sensor_option(*command, options->sensor);
   add_common_options(*command, options->common);
   add_open_option(*command, options->common);
+  add_example(
+      *command, "itn gradcheck scenes/gallery/jade_knot.xml --parameter jade.sigma_t --spp 256",
+      fmt::format("The mean of the image is compared, channel by channel, in {} batches that share the samples per "
+                  "pixel.\nExit code 1: a z-score exceeds the bound that all of them keep with probability {:.2f} % "
+                  "when the derivatives are right (Sidak).",
+                  DerivativeCheck::batches, 100 * (1 - DerivativeCheck::significance)));
   command->callback([options] { run(*options); });
 }
 

@@ -251,38 +251,39 @@ void run(GradientArguments options) {
 void add_gradient(CLI::App& app) {
   auto options = std::make_shared<GradientArguments>();
   CLI::App* command = app.add_subcommand(
-      "gradient", "mean squared difference from a target image and its gradient by scene parameters, both unbiased");
+      "gradient", "Compute the mean squared difference from a target image and its gradient, both without bias");
   command->add_option("scene", options->scene, "Mitsuba 3 XML file")->required();
-  add_target_options(*command, options->images);
   command
-      ->add_option(
-          "--parameter", options->parameters,
-          "scene parameter to differentiate by (itn parameters lists them), or a bitmap or grid: by each texel or "
-          "voxel; may be repeated")
+      ->add_option("--parameter", options->parameters,
+                   "Scene parameter to differentiate by (itn parameters lists them), or a bitmap or grid for each of "
+                   "its texels or voxels; may be repeated")
       ->required()
       ->take_all();
   command
+      ->add_option("-o,--output", options->folder,
+                   "Folder for the gradients by textures and grids: gradient.PARAMETER.exr or .vol, of the same size")
+      ->capture_default_str();
+  add_target_options(*command, options->images);
+  command->add_flag("--exposure", options->exposure,
+                    "Take each target as known up to a factor: the loss is the smallest over the factors");
+  group_options(*command, "Targets", {"--exposure"});
+  command
       ->add_option("--mode", options->mode,
-                   "images: derivative images, of few parameters; adjoint: paths are replayed, as long for many "
-                   "parameters as for one; automatic: the quicker one")
+                   "Render derivative images (images), replay paths, which takes as long for many parameters as for "
+                   "one (adjoint), or do the quicker of both (automatic)")
       ->check(CLI::IsMember({"automatic", "images", "adjoint"}))
       ->capture_default_str();
   command
-      ->add_option("-o,--output", options->folder,
-                   "folder for the gradients by textures and grids: gradient.PARAMETER.exr or .vol, of the same size")
-      ->capture_default_str();
-  command
-      ->add_option(
-          "--repeats", options->repeats,
-          "adjoint: so many gradients of different samples; their mean is the gradient, and files of textures and "
-          "grids get the standard error of each value")
+      ->add_option("--repeats", options->repeats,
+                   "Average this many gradients of different samples by replay, which gives the standard error of each "
+                   "texel and voxel, too")
       ->check(CLI::Range(1, 1000))
       ->capture_default_str();
-  command->add_flag("--exposure", options->exposure,
-                    "each target is known up to a factor: the loss is the smallest over the factors");
   add_operator_option(*command, options->op);
+  group_options(*command, "Method", {"--mode", "--repeats", "--operator"});
   add_common_options(*command, options->common);
   add_open_option(*command, options->common);
+  add_example(*command, "itn gradient wax.xml --target photo.exr --parameter wax.sigma_t --parameter phase.g --spp 64");
   command->callback([options] { run(*options); });
 }
 

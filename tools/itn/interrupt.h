@@ -9,10 +9,10 @@ namespace itn::tools {
 // is ended 0.5 s later, or at once by a second signal: an unfinished output file is removed, the exit code is 130.
 void watch_for_interrupt();
 
-// What is said when a signal ends the program at once, instead of "interrupted". The text must live as long.
+// Sets the text that is printed when a signal ends the program at once, instead of "interrupted". It must live as long.
 void say_when_ended(const char* text);
 
-// Where standard input, output or error is closed, the next file that is opened would take its place and get what is
+// If standard input, output or error is closed, the next file that is opened would take its place and get what is
 // meant for it. To be called before any file is opened.
 void open_standard_files();
 

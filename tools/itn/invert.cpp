@@ -73,7 +73,7 @@ nlohmann::ordered_json request(const InvertArguments& o, const Device& device, c
           {"device", device.info().name + ", " + device.info().platform}};
 }
 
-// What a rendering of the scene depends on, but for the values of the parameters.
+// Everything that a rendering of the scene depends on, but for the values of the parameters.
 nlohmann::ordered_json scene_request(const InvertArguments& o, const Device& device,
                                      const std::map<std::string, std::string>& scene_files) {
   nlohmann::ordered_json files = nlohmann::ordered_json::object();
@@ -271,91 +271,86 @@ void run(InvertArguments options) {
 void add_invert(CLI::App& app) {
   auto options = std::make_shared<InvertArguments>();
   CLI::App* command = app.add_subcommand(
-      "invert",
-      "from images of a scene to its parameters, with 95 % intervals (analysis by synthesis)\n\n"
-      "Of up to eight numbers it needs no start; Gauss-Newton and Adam start from the scene's values, or from "
-      "a network's guess. Stopped at any moment, the same command goes on where it was. Exit code 1, with "
-      "intervals that are marked, if it has not settled or the image found does not fit: then it says what the "
-      "misfit looks like.");
+      "invert", "Find the parameters of a scene from images of it, with 95 % intervals (analysis by synthesis)");
   command->add_option("scene", options->scene, "Mitsuba 3 XML file")->required();
-  add_target_options(*command, options->images);
   command
       ->add_option("--parameter", options->parameters,
-                   "scene parameter to find (itn parameters lists them); may be repeated. Textures are found texel by "
-                   "texel, grids voxel by voxel, with adam, and numbers beside them")
+                   "Scene parameter to find (itn parameters lists them), or a bitmap or grid, texel by texel or voxel "
+                   "by voxel (adam); may be repeated")
       ->required()
       ->take_all();
-  command->add_option("-o,--output", options->folder, "folder for the result: report.html, result.json, images")
+  command->add_option("-o,--output", options->folder, "Folder for the result: report.html, result.json and images")
       ->required();
-  command
-      ->add_option(
-          "--method", options->method,
-          "gauss-newton: steps of weighted least squares; adam: 200 iterations of stochastic gradients; "
-          "posterior: no start, renderings all over the range, an emulator of the image and samples of all "
-          "materials that fit. Default: posterior of up to 8 numbers, or where --range or --renderings is "
-          "given; gauss-newton of more, with --start, --starts, --init or --white-balance, of a number without "
-          "a range to look at, and on several ranks")
-      ->check(CLI::IsMember({"adam", "gauss-newton", "posterior"}));
-  command->add_option("--iterations", options->iterations, "at most; default 50, adam 200, posterior 8 (rounds)")
-      ->check(CLI::Range(1, 1000000));
+  add_target_options(*command, options->images);
   add_noise_option(*command, options->noise);
-  command->add_flag("--exposure", options->exposure, "each target is known up to a factor: find it, too");
+  command->add_flag("--exposure", options->exposure, "Find a factor on each target, too: its exposure");
   command->add_flag("--white-balance", options->white_balance,
-                    "gauss-newton: red and blue of all targets are known up to a factor each: find them, too");
+                    "Find a factor on the red and one on the blue of all targets, too (gauss-newton)");
+  group_options(*command, "Targets", {"--noise", "--exposure", "--white-balance"});
+  command
+      ->add_option("--method", options->method,
+                   "Weighted least squares (gauss-newton), stochastic gradients (adam), or samples of all materials "
+                   "that fit (posterior); default: posterior for up to 8 numbers without a start")
+      ->check(CLI::IsMember({"adam", "gauss-newton", "posterior"}));
+  command
+      ->add_option("--iterations", options->iterations,
+                   "Most iterations; default: 50 (gauss-newton), 200 (adam), 8 rounds (posterior)")
+      ->check(CLI::Range(1, 1000000));
+  command->add_option("--learning-rate", options->learning_rate, "Learning rate of the first iterations (adam)")
+      ->check(CLI::Range(1e-6, 10.0))
+      ->capture_default_str();
+  command->add_option("--renderings", options->renderings,
+                      "Folder that keeps renderings of the scene for its next photo (posterior); default: renderings "
+                      "in that of --output");
+  add_operator_option(*command, options->op);
+  group_options(*command, "Method", {"--method", "--iterations", "--learning-rate", "--renderings", "--operator"});
   command
       ->add_option("--init", options->init,
-                   "start from what the network of this RUN (itn train; or .safetensors file; without RUN: the one "
-                   "that ships with the program) sees in the first target: sigma_t, albedo and g of one medium. "
-                   "Without --prior what it says of them, and how surely, is Gauss-Newton's prior, too. Of an image "
-                   "that is unlike those that the shipped one learnt from a warning tells, and so does the result")
+                   "Start from what a network predicts for the first target: RUN of itn train, .safetensors file, or "
+                   "nothing for the shipped one; also gauss-newton's prior unless --prior is given")
       ->expected(0, 1)
       ->default_str(shipped_run);
-  command->add_option("--start", options->start, "NAME=VALUE: start there instead; may be repeated")
+  command->add_option("--start", options->start, "Start from this value, NAME=VALUE; may be repeated")
       ->check(gives_numbers(1, "NAME=VALUE"))
       ->take_all();
   command
       ->add_option("--starts", options->starts,
-                   "also start from this many less one random places; the best end is the result. Default: adam 1; "
-                   "gauss-newton 4, and up to 8 until two agree in an image that fits")
+                   "Number of starts, all but the first at random, of which the best end counts; default: 1 (adam), 4, "
+                   "and up to 8 until two agree (gauss-newton)")
       ->check(CLI::Range(1, 1000));
   command
       ->add_option("--prior", options->prior,
-                   "NAME=LOW,HIGH: what is known before the image, as a 95 % interval; may be repeated. The result is "
-                   "then what both say (the mean of the posterior, as far as all is normal)")
+                   "Knowledge before the image as a 95 % interval, NAME=LOW,HIGH, which the result combines with the "
+                   "image; may be repeated")
       ->check(gives_numbers(2, "NAME=LOW,HIGH"))
       ->take_all();
   command
-      ->add_option(
-          "--range", options->range,
-          "NAME=LOW,HIGH: posterior: look for it between these, evenly (numbers above 0 without an upper bound "
-          "in their logarithm); default: all of a range with two bounds, else a tenth "
-          "to ten times the scene's value; may be repeated")
+      ->add_option("--range", options->range,
+                   "Range to search, NAME=LOW,HIGH (posterior); default: the valid range if bounded, else a tenth to "
+                   "ten times the scene's value; may be repeated")
       ->check(gives_numbers(2, "NAME=LOW,HIGH"))
       ->take_all();
-  command->add_option("--renderings", options->renderings,
-                      "posterior: the folder where renderings of the scene are kept for the next photo of it; default: "
-                      "renderings in that of --output");
-  command->add_option("--learning-rate", options->learning_rate, "adam: of the first iterations")
-      ->check(CLI::Range(1e-6, 10.0))
-      ->capture_default_str();
+  group_options(*command, "Start and prior", {"--init", "--start", "--starts", "--prior", "--range"});
   command
-      ->add_option(
-          "--smoothness", options->smoothness,
-          "textures and grids: what the mean squared difference of neighbours weighs beside that of the images")
+      ->add_option("--smoothness", options->smoothness,
+                   "Weight of the mean squared difference of neighbouring texels or voxels, beside that of the images")
       ->check(CLI::Range(0.0, 1e6))
       ->capture_default_str();
   command
       ->add_option("--repeats", options->repeats,
-                   "textures and grids: repetitions for targets with other noise, of a quarter of the iterations each, "
-                   "whose spread "
-                   "is the uncertainty; 0: none")
+                   "Repetitions for targets with other noise, of a quarter of the iterations each, whose spread is the "
+                   "uncertainty; 0: none")
       ->check(CLI::Range(0, 1000))
       ->capture_default_str();
-  add_operator_option(*command, options->op);
-  add_common_options(
-      *command, options->common,
-      "1024 at most (Gauss-Newton; more of few pixels), 16 (Adam), as the targets' noise asks for (posterior)");
+  group_options(*command, "Textures and grids", {"--smoothness", "--repeats"});
+  add_common_options(*command, options->common,
+                     "at most 1024, more for few pixels (gauss-newton), 16 (adam), as the targets' noise asks for "
+                     "(posterior)");
   add_open_option(*command, options->common);
+  add_example(*command, "itn invert wax.xml --target photo.exr --parameter wax.sigma_t --parameter wax.albedo -o fit",
+              "The posterior needs no start; Gauss-Newton and Adam start from the scene's values, or from a network's "
+              "prediction.\nStopped at any moment, the same command resumes.\nExit code 1, with intervals that are "
+              "marked: it has not settled, or the image found does not fit, and it says what the misfit looks like.");
   command->callback([options, command] {
     for (const char* name : {"--init", "--start", "--starts", "--prior", "--white-balance", "--range", "--renderings"})
       if (command->count(name) > 0) options->only_numbers.emplace_back(name);

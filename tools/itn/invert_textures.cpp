@@ -105,7 +105,7 @@ Json number_found(const TextureInversion& inversion, const TextureInversionState
   return result;
 }
 
-// What the textures look like beside the target.
+// Writes the rendering with the textures beside the target.
 void write_images(const StoredTextureInversion& stored, const std::string& number, const Rendering& image,
                   const TargetImage& target) {
   std::vector<float> residual(image.mean.size());

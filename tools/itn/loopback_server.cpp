@@ -50,7 +50,7 @@ bool is_same(const std::string& given, const std::string& token) {
   return different == 0;
 }
 
-// Of the characters that are escaped only those of parameter names matter here.
+// Only the escaped characters of parameter names matter here.
 std::string unescaped(const std::string& text) {
   const auto digit = [](char c) {
     return c >= '0' && c <= '9'   ? c - '0'

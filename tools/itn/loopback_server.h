@@ -20,7 +20,7 @@ struct WebResponse {
   std::string file_name;  // not empty: the browser saves it under this name
 };
 
-// What it answers only to those who know the token, which begins every path: anybody on the machine, and any page that
+// The server answers only those who know the token, which begins every path: anybody on the machine, and any page that
 // a browser shows, can open a connection. So also the names under which it is reached (Host) and from where pages ask
 // it (Origin) must be its own, requests are small, slow ones are cut off, and there are only so many connections at a
 // time. What may be kept of an answer, and what the page may load, is said with it.

@@ -39,15 +39,15 @@ namespace {
 
 using itn::printable, itn::printable_lines;
 
-// What scripts may rely on.
+// Scripts may rely on these.
 enum ExitCode { done = 0, failed = 1, bad_command_line = 2, bad_input = 3, device_failure = 4, interrupted = 130 };
 
 constexpr const char* ended_with_others =
     "interrupted, or another rank was ended; the same command goes on from what is stored";
 std::unique_ptr<itn::StartedRanks> ranks;  // none: the program was started once
 
-// What all ranks have found wrong the first says; what only another has found, that one says a moment later, unless it
-// was ended by then.
+// The first rank says what all ranks have found wrong; another rank says what it alone has found a moment later, unless
+// it was ended by then.
 void say(ExitCode code, const std::string& text) {
   const bool is_other = ranks && !ranks->is_first();
   if (is_other && code == interrupted) return;
@@ -88,10 +88,19 @@ void be_one_of_several(std::string_view command) {
     throw itn::ResultError("/dev/null: cannot be opened");
 }
 
+// CLI11's help, with one empty line between groups of options, not two.
+class HelpFormatter : public CLI::Formatter {
+ public:
+  std::string make_groups(const CLI::App* app, CLI::AppFormatMode mode) const override {
+    return CLI::detail::find_and_replace(CLI::Formatter::make_groups(app, mode), "\n\n\n", "\n\n");
+  }
+};
+
 int run(int argc, char** argv) {
   CLI::App app{"Volumetric path tracing on OpenCL for translucent materials", "itn"};
-  app.set_version_flag("--version", itn::tools::version_text, "version, devices, and libraries");
+  app.set_version_flag("--version", itn::tools::version_text, "Print the version, devices and libraries");
   app.require_subcommand(1);
+  app.formatter(std::make_shared<HelpFormatter>());  // the commands take it over
   itn::tools::add_bench(app);
   itn::tools::add_dataset(app);
   itn::tools::add_devices(app);
@@ -107,9 +116,11 @@ int run(int argc, char** argv) {
   itn::tools::add_shapes(app);
   itn::tools::add_train(app);
   itn::tools::add_view(app);
+  itn::tools::add_example(app, "itn render scenes/gallery/jade_knot.xml -o knot.exr --preview",
+                          "`itn COMMAND --help` lists the options of a command.");
   // For the build.
   std::string folder;
-  CLI::App* manual = app.add_subcommand("manual", "writes manual pages and completions into a folder")->group("");
+  CLI::App* manual = app.add_subcommand("manual", "Write manual pages and completions into a folder")->group("");
   manual->add_option("folder", folder)->required();
   manual->callback([&] { itn::tools::write_manual(app, folder); });
   try {
@@ -124,7 +135,7 @@ int run(int argc, char** argv) {
   return done;
 }
 
-// What --device says, or else ITN_DEVICE: one or several, between commas. Where the first stands in the command line.
+// The devices of --device, or else of ITN_DEVICE: one or several, between commas; and the place of the argument.
 struct GivenDevices {
   std::vector<std::string> list;
   std::size_t argument = 0;  // 0: in the environment
@@ -169,8 +180,8 @@ void check_number(const std::vector<std::string>& devices) {
   }
 }
 
-// Of several devices each process gets one: of those of this command its own, of those that mpirun has started on a
-// node one after the other.
+// Each process gets one of several devices: a process of this command its own, those that mpirun has started on a node
+// one after the other.
 void take_device(std::vector<std::string>& arguments) {
   const GivenDevices given = given_devices(arguments);
   const std::size_t count = given.list.size();

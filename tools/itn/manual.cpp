@@ -4,15 +4,18 @@
 #include <fmt/ranges.h>
 
 #include <CLI/CLI.hpp>
+#include <cstring>
+#include <utility>
 #include <vector>
 
 #include "itn/file.h"
 #include "itn/version.h"
+#include "tools/itn/common.h"
 
 namespace itn::tools {
 namespace {
 
-// Those that --help lists.
+// The commands that --help lists.
 std::vector<const CLI::App*> commands_of(const CLI::App& app) {
   return app.get_subcommands([](const CLI::App* command) { return !command->get_group().empty(); });
 }
@@ -31,7 +34,7 @@ std::vector<std::string> names_of(const CLI::Option& option) {
 
 bool takes_value(const CLI::Option& option) { return option.get_items_expected_max() > 0; }
 
-// What may follow, where that is one of a few words.
+// The words that may follow an option, if they are a few.
 std::vector<std::string> words_of(const CLI::Option& option) {
   const std::string type = option.get_type_name();
   const std::size_t open = type.find('{'), close = type.find('}');
@@ -64,6 +67,14 @@ std::string value_name(const CLI::Option& option) {
   return words.empty() ? first_line(option.get_type_name()) : fmt::format("{}", fmt::join(words, "|"));
 }
 
+// The two parts of what add_example() puts at the end of the help.
+std::pair<std::string, std::string> note_and_example(const CLI::App& app) {
+  const std::string footer = app.get_footer();
+  const std::size_t heading = footer.find(example_heading);
+  if (heading == std::string::npos) return {footer, ""};
+  return {footer.substr(0, heading), CLI::detail::trim_copy(footer.substr(heading + std::strlen(example_heading)))};
+}
+
 std::string page(const CLI::App& app, const std::string& name) {
   std::string text =
       fmt::format(".TH {} 1 \"\" \"itn {}\"\n.SH NAME\n{} \\- {}\n.SH SYNOPSIS\n.B {}\n", CLI::detail::to_lower(name),
@@ -87,12 +98,16 @@ std::string page(const CLI::App& app, const std::string& name) {
   text += ".SH DESCRIPTION\n";
   for (const std::string& line : CLI::detail::split(app.get_description(), '\n'))
     text += line.empty() ? ".PP\n" : roff(line) + "\n";
+  const auto [note, example] = note_and_example(app);
+  if (!note.empty()) text += ".PP\n";
+  for (const std::string& line : CLI::detail::split(note, '\n')) text += line.empty() ? "" : roff(line) + "\n";
   if (!positionals.empty()) text += ".SH ARGUMENTS\n" + positionals;
   if (!commands.empty()) text += ".SH COMMANDS\n";
   for (const CLI::App* command : commands)
     text += fmt::format(".TP\n.BR itn\\-{} (1)\n{}\n", roff(command->get_name()),
                         roff(first_line(command->get_description())));
   text += ".SH OPTIONS\n" + options;
+  if (!example.empty()) text += ".SH EXAMPLES\n.nf\n" + roff(example) + "\n.fi\n";
   text +=
       ".SH EXIT STATUS\n0 done, 1 the check or the result failed, 2 wrong command line, 3 bad input file, 4 device or "
       "OpenCL failure, 130 interrupted.\n.SH SEE ALSO\n";

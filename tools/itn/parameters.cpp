@@ -69,10 +69,12 @@ void add_parameters(CLI::App& app) {
     std::string scene;
   };
   auto options = std::make_shared<Options>();
-  CLI::App* command = app.add_subcommand("parameters", "name, value and valid range of every scene parameter");
+  CLI::App* command = app.add_subcommand(
+      "parameters", "List every parameter of a scene: name, value, valid range, and whether it is differentiable");
   command->add_option("scene", options->scene, "Mitsuba 3 XML file")->required();
   add_common_options(*command, options->common);
   add_open_option(*command, options->common);
+  add_example(*command, "itn parameters scenes/gallery/jade_knot.xml");
   command->callback([options] { run(options->common, options->scene); });
 }
 

@@ -1,4 +1,4 @@
-// How the network's threads wait for each other.
+// The way in which the network's threads wait for each other.
 #pragma once
 
 namespace itn::tools {

@@ -157,54 +157,57 @@ void take_run(PredictArguments& options) {
 void add_predict(CLI::App& app) {
   auto options = std::make_shared<PredictArguments>();
   CLI::App* command = app.add_subcommand(
-      "predict",
-      "parameters for images by a network: sigma_t [1/mm; with --scene 1/scene unit], albedo, g; a line an image");
+      "predict", "Predict optical properties from images with a network: a line per image with sigma_t, albedo and g");
   command
-      ->add_option(
-          "images", options->images,
-          "[RUN] IMAGE...: folder that itn train wrote or a .safetensors file, else a network that ships with the "
-          "program, `shipped` or with --flash `shipped-photos`; square images (of networks that see the object alone, "
-          "as `shipped-photos` does, of any shape): OpenEXR files with the channels Y or R G B, or photos as PNG, JPEG "
-          "or TIFF. RUN alone, with --dataset: the set's test images, and the errors on them")
+      ->add_option("images", options->images,
+                   "[RUN] IMAGE...: a network (RUN of itn train, .safetensors file, `shipped`, `shipped-photos`), then "
+                   "images; RUN alone, with --dataset, predicts the set's test images and tells the errors")
       ->required();
-  command->add_option("--dataset", options->dataset,
-                      "the data set that the images belong to; it knows their shape, light, mask and flash");
-  command->add_option("--scene", options->scene,
-                      "Mitsuba 3 XML file of what the images show: gives shape, light and the unit of length (-D fills "
-                      "$name, as for itn render)");
   command->add_option("--judge", options->judge,
-                      "network that itn train --network judge made, which says of each image how much it doubts that "
-                      "it is like those that RUN learnt from; `shipped-photos` has one of its own");
+                      "Network of itn train --network judge that tells how much it doubts each image; `shipped-photos` "
+                      "has one of its own");
+  command->add_option("--dataset", options->dataset,
+                      "Data set that the images belong to; it knows their shape, light, mask and flash");
+  command->add_option("--scene", options->scene,
+                      "Mitsuba 3 XML file of what the images show; it gives shape, light and the unit of length");
   add_sensor_option(*command, options->sensor);
   command->add_option("--shape-buffers", options->shape_buffers,
-                      "six channels: OpenEXR file with the channels normal.X, normal.Y, normal.Z, depth and mask, of "
-                      "all images");
+                      "OpenEXR file with the channels normal.X, normal.Y, normal.Z, depth and mask, of all images, for "
+                      "networks of six channels");
+  command->add_option("--light", options->light, "Direction to the light, x,y,z, for networks of six channels")
+      ->delimiter(',')
+      ->expected(3);
   command
       ->add_option("--mask", options->mask,
-                   "networks that see a mask: of each image, or one for all: a picture with the object in white, or "
-                   "OpenEXR (channel mask, Y, or R G B)")
+                   "Picture with the object in white, or OpenEXR (channel mask, Y, or R G B), of each image or of all, "
+                   "for networks that see a mask")
       ->take_all();
   command
       ->add_option("--flash", options->flash,
-                   "networks that see the light of a flash: for each image the same with the flash on, by the same "
-                   "exposure")
+                   "The same photo as each image with the flash on, by the same exposure, for networks that see a "
+                   "flash")
       ->take_all();
   command
       ->add_option("--longest-side", options->longest_side,
-                   "of the object [mm]: sigma_t is told for it; else for one as large as those of the network's data "
-                   "set")
+                   "Longest side of the object [mm], for sigma_t; default: that of objects in the network's data set")
       ->check(CLI::Range(1e-6, 1e9));
-  command->add_option("--light", options->light, "six channels: direction to the light, x,y,z")
-      ->delimiter(',')
-      ->expected(3);
+  group_options(
+      *command, "What the images show",
+      {"--dataset", "--scene", "--sensor", "--shape-buffers", "--light", "--mask", "--flash", "--longest-side"});
   add_curve_option(*command, options->photo.curve);
   command
       ->add_option("--white", options->photo.white,
-                   "photos: the radiance that their largest sample stands for; networks know how bright things are")
+                   "Radiance that the largest sample of photos stands for; networks know how bright things are")
       ->check(CLI::Range(1e-6, 1e6))
-      ->capture_default_str();
+      ->capture_default_str()
+      ->group("Photos");
   add_common_options(*command, options->common);
   add_open_option(*command, options->common);
+  add_example(
+      *command, "itn predict photo.png --flash flash.png --mask mask.png --longest-side 60",
+      "sigma_t is in 1/mm, with --scene in 1/scene unit. Without RUN the network is `shipped`, with --flash "
+      "`shipped-photos`.\nImages are OpenEXR files with the channels Y or R G B, or photos as PNG, JPEG or TIFF. "
+      "They are square; networks that see the object alone, as `shipped-photos` does, take any shape.");
   command->callback([options] {
     take_run(*options);
     run(*options);

@@ -180,21 +180,25 @@ void run(RenderArguments options) {
 
 void add_render(CLI::App& app) {
   auto options = std::make_shared<RenderArguments>();
-  CLI::App* command = app.add_subcommand("render", "a scene to an image with its standard error");
+  CLI::App* command = app.add_subcommand("render", "Render a scene to an OpenEXR image with standard errors");
   command->add_option("scene", options->scene, "Mitsuba 3 XML file")->required();
   command->add_option("-o,--output", options->output, "OpenEXR file to write")->required();
+  command->add_flag("--preview", options->preview,
+                    "Also write PNGs beside the output: the tone-mapped image, and each derivative in red (positive) "
+                    "and blue (negative)");
   command
       ->add_option("--derivative", options->derivatives,
-                   "also the derivative image by this scene parameter (itn parameters lists them); may be repeated")
+                   "Also render the derivative image by this scene parameter (itn parameters lists them); may be "
+                   "repeated")
       ->take_all();
   add_operator_option(*command, options->op);
   add_sensor_option(*command, options->sensor);
   add_size_option(*command, options->size);
-  command->add_flag(
-      "--preview", options->preview,
-      "also write PNGs beside the output: the image, tone-mapped, and each derivative, red positive, blue negative");
+  group_options(*command, "What is rendered", {"--derivative", "--operator", "--sensor", "--size"});
   add_common_options(*command, options->common);
   add_open_option(*command, options->common);
+  add_example(*command,
+              "itn render scenes/gallery/jade_knot.xml -o knot.exr --spp 64 --derivative jade.sigma_t --preview");
   command->callback([options] { run(*options); });
 }
 

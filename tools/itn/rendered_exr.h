@@ -8,7 +8,7 @@
 
 namespace itn::tools {
 
-// What the image does not say of itself.
+// Facts that the image does not say of itself.
 struct RenderedExr {
   std::string scene;  // file
   std::vector<std::string> derivatives;

@@ -142,12 +142,16 @@ void run(const ShapesArguments& options) {
 
 void add_shapes(CLI::App& app) {
   auto options = std::make_shared<ShapesArguments>();
-  CLI::App* command = app.add_subcommand("shapes", "the ten closed meshes of the data set, and random ones, as PLY");
-  command->add_option("-o,--output", options->output, "folder to write to; made where it is missing")->required();
-  command->add_option("--random", options->random, "also this many random shapes, of the seeds --seed, --seed + 1, ...")
+  CLI::App* command =
+      app.add_subcommand("shapes", "Write the ten closed meshes of the data set, and random ones, as PLY");
+  command->add_option("-o,--output", options->output, "Folder to write to; made where it is missing")->required();
+  command
+      ->add_option("--random", options->random,
+                   "Also write this many random shapes, of the seeds --seed, --seed + 1, ...")
       ->check(CLI::Range(0, 1'000'000));
-  command->add_flag("--preview", options->preview, "also shapes.png, a picture of all of them");
+  command->add_flag("--preview", options->preview, "Also write shapes.png, a picture of all of them");
   add_common_options(*command, options->common, "64 (of the preview)");
+  add_example(*command, "itn shapes -o shapes --random 20 --preview");
   command->callback([options] { run(*options); });
 }
 

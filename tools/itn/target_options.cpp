@@ -12,44 +12,45 @@ namespace itn::tools {
 
 void add_target_options(CLI::App& command, TargetOptions& options) {
   command
-      .add_option(
-          "--target", options.targets,
-          "image to compare with: OpenEXR, of the film's size, with standard errors (stderr.R ...) where they are "
-          "known; or a photo as PNG, JPEG or TIFF, averaged down where it is larger; repeated: one for each of several "
-          "sensors")
+      .add_option("--target", options.targets,
+                  "Image to compare with: OpenEXR of the film's size, with standard errors (stderr.R ...) where known, "
+                  "or a photo (PNG, JPEG, TIFF); repeated: one per sensor")
       ->required()
       ->take_all();
   command
-      .add_option("--mask", options.masks,
-                  "file whose pixels weigh the target's: OpenEXR (channel Y, R or else the first), or PNG and the like "
-                  "(grey or red, 0 to 1); one a target")
+      .add_option(
+          "--mask", options.masks,
+          "Weights of the target's pixels, 0 to 1: OpenEXR (channel Y, R or else the first), or PNG and the like "
+          "(grey or red); one per target")
       ->take_all();
-  command.add_option("--sensor", options.sensors, "the sensor of each target, from 0; default: in their order")
+  command.add_option("--sensor", options.sensors, "Sensor of each target, from 0; default: in their order")
       ->check(CLI::Range(0, 1 << 20))
       ->take_all();
   add_size_option(command, options.size);
   add_photo_options(command, options.photo);
+  group_options(command, "Targets", {"--target", "--mask", "--sensor", "--size"});
 }
 
 void add_curve_option(CLI::App& command, TransferCurve& curve) {
   command
       .add_option_function<std::string>(
           "--curve", [&curve](const std::string& text) { curve = transfer_curve(text); },
-          "transfer curve of photos: srgb, linear, an exponent such as 2.2, or auto: linear for TIFF of 16 bits, else "
-          "srgb")
+          "Transfer curve of photos: srgb, linear, an exponent such as 2.2, or auto (linear for TIFF of 16 bits, else "
+          "srgb)")
       ->type_name("CURVE")
-      ->default_str("auto");
+      ->default_str("auto")
+      ->group("Photos");
 }
 
 void add_photo_options(CLI::App& command, PhotoOptions& options) {
   add_curve_option(command, options.curve);
   command
-      .add_option(
-          "--saturation", options.saturation,
-          "photos: pixels with a sample of so much of the file's largest and more are left out; where the sensor "
-          "ends below the file's range, give that end")
+      .add_option("--saturation", options.saturation,
+                  "Leave out pixels with a sample from this fraction of the file's range on; where the sensor "
+                  "saturates below that range, give that end")
       ->check(CLI::Range(1e-3, 2.0))
-      ->capture_default_str();
+      ->capture_default_str()
+      ->group("Photos");
 }
 
 std::vector<TargetImage> read_targets(TargetOptions& options, const Scene& scene) {
@@ -82,9 +83,10 @@ void print_notes(const CommonOptions& common, const std::vector<TargetImage>& ta
 
 void add_noise_option(CLI::App& command, std::optional<double>& relative) {
   command
-      .add_option("--noise", relative,
-                  "standard deviation of a target's noise over its radiance, beside what its file says; default: where "
-                  "the file says nothing, as the image shows it")
+      .add_option(
+          "--noise", relative,
+          "Standard deviation of the targets' noise relative to radiance, beside what their files say; default: "
+          "measured in the image, where its file says nothing")
       ->check(CLI::Range(0.0, 10.0));
 }
 

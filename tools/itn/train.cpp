@@ -85,7 +85,7 @@ void learn(const TrainArguments& options, TrainingRun& run) {
       run.step();
     } catch (const Interrupted&) {
       progress.clear();
-      // Of several ranks another may have been stopped in the middle of this step: the last checkpoint holds.
+      // Another rank may have been stopped in the middle of this step: the last checkpoint holds.
       if (world().alone()) run.save();
       throw;
     }
@@ -139,113 +139,111 @@ void run(TrainArguments options) {
 
 void add_train(CLI::App& app) {
   auto options = std::make_shared<TrainArguments>();
-  CLI::App* command = app.add_subcommand(
-      "train",
-      "trains a network on the splits `train` and `validation` of a data set, or, where nothing is rendered, of "
-      "several\n\n"
-      "Stopped at any moment, the same command goes on where it was, with the same numbers as if never stopped.");
-  command->add_option("data", options->request.data, "folders of data sets (itn dataset)");
-  command->add_option("--unlabelled", options->request.unlabelled,
-                      "itn: in place of labelled data, a data set whose materials nobody knows: the network of --init "
-                      "learns from its images, by rendering them, and is held near what it said of them");
-  command
-      ->add_option(
-          "--network", options->request.kind,
-          "rn: learns parameters; itn, ssn: also that the image rendered with them looks like the input, by "
-          "all light or by single scattering; judge: to tell the images from ones in which something is wrong, or in "
-          "what is said of them (noise, blur, another curve, exposure, mask, flash, shape or light, ...), for itn "
-          "predict --judge")
-      ->required()
-      ->check(CLI::IsMember({"rn", "itn", "ssn", judge_kind}));
+  CLI::App* command = app.add_subcommand("train", "Train a network on a data set");
+  command->add_option("data", options->request.data, "Folders of data sets (itn dataset)");
   command
       ->add_option("-o,--output", options->request.folder,
-                   "folder for network.safetensors, checkpoint, curve, run.json")
+                   "Folder for network.safetensors, checkpoint, curve and run.json")
       ->required();
-  command->add_option(
-      "--init", options->request.init,
-      "start from the network of this RUN (or .safetensors file), its ranges and its view of luminance; "
-      "else from random weights");
+  command->add_option("--export", options->exported,
+                      "Also write the final network to this file, small, for shipping: with a byte per weight");
+  command
+      ->add_option("--network", options->request.kind,
+                   "Kind: learn parameters (rn), and that renderings look like the input by all light (itn) or single "
+                   "scattering (ssn), or to tell which images are wrong (judge)")
+      ->required()
+      ->check(CLI::IsMember({"rn", "itn", "ssn", judge_kind}));
+  command->add_option("--init", options->request.init,
+                      "Start from the network of this RUN or .safetensors file, with its ranges and its scale of "
+                      "luminance; default: random weights");
   command->add_flag("--distribution", options->request.distribution,
-                    "rn: learn how sure it is, too: a normal distribution of the parameters, by likelihood, its "
-                    "intervals calibrated on held-out images; supervised and validation loss are then minus the "
-                    "log of the density");
-  command->add_option("--epochs", options->request.epochs, "at most")
+                    "Learn a normal distribution of the parameters with calibrated 95 % intervals (rn); the losses are "
+                    "then minus the log of the density");
+  command
+      ->add_option("--channels", options->request.channels,
+                   "Input channels: 1 (luminance), or 6 (also normal, depth and light, where shape and light are "
+                   "known); default: 1")
+      ->check(CLI::IsMember({1, 6}));
+  command
+      ->add_option("--inputs", options->request.inputs,
+                   "Inputs of the network, between commas, in place of --channels; predictions need what it sees, too")
+      ->delimiter(',')
+      ->check(CLI::IsMember({"image", "flash", "mask", "normal", "nearness", "light"}));
+  command->add_flag("--exposure", options->request.exposure,
+                    "Divide each image by its own mean, as for photos whose exposure nobody knows");
+  command->add_flag("--cut-out", options->request.cut_out,
+                    "Show the network the object alone, by its mask, on black, as for photos with other things in "
+                    "them");
+  command
+      ->add_option("--width", options->request.width,
+                   "Channels of the first stage; default: 16, as in the paper (less is slow, without oneDNN's fast "
+                   "convolution)")
+      ->check(CLI::Range(1, 64));
+  group_options(
+      *command, "Network",
+      {"--network", "--init", "--distribution", "--channels", "--inputs", "--exposure", "--cut-out", "--width"});
+  command->add_option("--epochs", options->request.epochs, "Most epochs")
       ->check(CLI::Range(1, 1'000'000))
       ->capture_default_str();
-  command->add_option("--batch", options->request.batch, "images a step")
+  command->add_option("--batch", options->request.batch, "Images per step")
       ->check(CLI::Range(1, 4096))
       ->capture_default_str();
   command
-      ->add_option("--noise", options->request.variation.noise,
-                   "every look at an image has noise of its own, of up to so many of its standard errors")
-      ->check(CLI::Range(0.0, 1000.0))
-      ->capture_default_str();
-  command->add_option("--export", options->exported,
-                      "at the end also write the network to this file, small, for shipping: with a byte a weight");
-  command->add_flag("--mirror", options->request.variation.mirrored,
-                    "also learn from every image's mirror image, left for right");
-  command
-      ->add_option(
-          "--learning-rate", options->request.learning_rate,
-          "Adam's; rises to this over the first tenth of the steps, falls to a hundredth as half a cosine wave")
+      ->add_option("--learning-rate", options->request.learning_rate,
+                   "Highest learning rate of Adam, reached after a tenth of the steps; it falls to a hundredth as half "
+                   "a cosine wave")
       ->check(CLI::Range(1e-12, 1.0))
       ->capture_default_str();
   command
       ->add_option("--weight-decay", options->request.weight_decay,
-                   "AdamW's: a step takes learning rate times this off each weight")
+                   "Weight decay of AdamW: a step takes learning rate times this off each weight")
       ->check(CLI::Range(0.0, 1000.0))
       ->capture_default_str();
   command
-      ->add_option("--channels", options->request.channels,
-                   "1: luminance; 6: also normal, depth and light, where shape and light are known; default 1")
-      ->check(CLI::IsMember({1, 6}));
-  command
-      ->add_option(
-          "--inputs", options->request.inputs,
-          "in place of --channels, what the network sees: image (in colours where the data set is) and of flash "
-          "(where it has one), mask, normal, nearness (depth) and light what there is at use, with commas "
-          "between them")
-      ->delimiter(',')
-      ->check(CLI::IsMember({"image", "flash", "mask", "normal", "nearness", "light"}));
-  command->add_flag("--exposure", options->request.exposure,
-                    "each image is known up to a factor: the network sees it over its own mean, as for photos whose "
-                    "exposure nobody knows");
-  command->add_flag("--cut-out", options->request.cut_out,
-                    "the network sees the object alone, by its mask, and black around it: for photos with other things "
-                    "in them than the data set has");
-  command
-      ->add_option(
-          "--width", options->request.width,
-          "channels of the first stage; default 16, as in the paper; below 16 slow: oneDNN has no fast convolution")
-      ->check(CLI::Range(1, 64));
-  command
       ->add_option("--patience", options->request.patience,
-                   "end after so many epochs without a better validation; 0: never")
+                   "End after this many epochs without a better validation; 0: never")
       ->check(CLI::Range(0, 1'000'000))
       ->capture_default_str();
   command
-      ->add_option(
-          "--lambda", options->request.lambda,
-          "itn, ssn: weight of the image loss; default: such that both losses are of equal size over the first "
-          "batches; with --unlabelled 1")
-      ->check(CLI::Range(0.0, 1e12));
+      ->add_option("--noise", options->request.variation.noise,
+                   "Add new noise to an image at every use, of up to this many of its standard errors")
+      ->check(CLI::Range(0.0, 1000.0))
+      ->capture_default_str();
+  command->add_flag("--mirror", options->request.variation.mirrored,
+                    "Also learn from every image's mirror image, left for right");
+  group_options(*command, "Optimisation",
+                {"--epochs", "--batch", "--learning-rate", "--weight-decay", "--patience", "--noise", "--mirror"});
   command
-      ->add_option(
-          "--threads", options->request.threads,
-          "of the network; the last digits depend on it; default OMP_NUM_THREADS, else one a core; at most one a "
-          "core, unless ITN_FORCE_THREADS=1 is in the environment; with --shards 1")
+      ->add_option("--lambda", options->request.lambda,
+                   "Weight of the image loss; default: makes both losses equal over the first batches, or 1 "
+                   "with --unlabelled")
+      ->check(CLI::Range(0.0, 1e12));
+  command->add_option("--unlabelled", options->request.unlabelled,
+                      "Data set whose materials are unknown, in place of labelled data: the network of --init learns "
+                      "by rendering its images (itn)");
+  group_options(*command, "Image loss (itn, ssn)", {"--lambda", "--unlabelled"});
+  command
+      ->add_option("--threads", options->request.threads,
+                   "Threads of the network, at most one per core unless ITN_FORCE_THREADS=1 is in the environment; "
+                   "default: OMP_NUM_THREADS, else one per core, or 1 with --shards")
       ->check(CLI::Range(1, 1024));
   command
-      ->add_option(
-          "--shards", options->request.shards,
-          "parts of a batch whose gradients are added up; processes (mpirun) share them, at most one process a "
-          "shard. The last digits depend on how many there are, not on the processes")
+      ->add_option("--shards", options->request.shards,
+                   "Parts of a batch whose gradients are added up; processes (mpirun) share them, at most one process "
+                   "per shard")
       ->check(CLI::Range(1, 4096))
       ->capture_default_str();
-  command->add_option("--checkpoint-every", options->checkpoint_every, "seconds; has no influence on the numbers")
+  command
+      ->add_option("--checkpoint-every", options->checkpoint_every,
+                   "Seconds between checkpoints, which have no influence on the numbers")
       ->check(CLI::Range(0.0, 1e6))
       ->capture_default_str();
+  group_options(*command, "Running", {"--threads", "--shards", "--checkpoint-every"});
   add_common_options(*command, options->common, "16 (itn, ssn: of each image of a batch)");
+  add_example(*command, "itn train data --network rn --distribution --epochs 30 -o rn",
+              "It learns from the split `train` and validates with `validation`; several data sets are learnt from "
+              "together where nothing is rendered.\nStopped at any moment, the same command resumes, with the same "
+              "numbers as if never stopped. The last digits depend on --threads and --shards.");
   command->callback([options] { run(*options); });
 }
 

@@ -1,4 +1,4 @@
-// What `itn --version` says.
+// The text of `itn --version`.
 #pragma once
 #include <string>
 

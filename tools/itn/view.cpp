@@ -104,7 +104,7 @@ void run(const ViewArguments& options) {
     fmt::print("{}\nOpen this address in a browser on this machine. Ctrl-C ends.\n", server.address());
     std::fflush(stdout);
   }
-  // Who reads the address can change what is shown.
+  // Anybody who reads the address can change what is shown.
   write_private_json(common, {{"schema", "itn.view/1"},
                               {"scene", options.scene},
                               {"target", options.target},
@@ -120,29 +120,31 @@ void run(const ViewArguments& options) {
 
 void add_view(CLI::App& app) {
   auto options = std::make_shared<ViewArguments>();
-  CLI::App* command = app.add_subcommand(
-      "view",
-      "a scene in a browser, live: the image refines, sliders move its parameters\n\n"
-      "Prints the address of a page that only browsers on this machine can open. Ends with Ctrl-C (exit code 130).");
+  CLI::App* command = app.add_subcommand("view", "Show a scene in a browser, live, with sliders for its parameters");
   command->add_option("scene", options->scene, "Mitsuba 3 XML file")->required();
-  command->add_option(
-      "--target", options->target,
-      "image to compare with: OpenEXR, of the film's size, or a photo as PNG, JPEG or TIFF: the residual, "
-      "the loss, and where Gauss-Newton would step");
-  command->add_option("--mask", options->mask,
-                      "file whose pixels weigh the target's: OpenEXR (channel Y, R or else the first), or PNG and the "
-                      "like (grey or red, 0 to 1)");
-  command->add_flag("--exposure", options->exposure, "the target is known up to a factor: find it, too");
-  add_photo_options(*command, options->photo);
-  add_noise_option(*command, options->noise);
-  command->add_option("--port", options->port, "of the address; 0: any that is free")
+  command->add_option("--port", options->port, "Port of the address; 0: any that is free")
       ->check(CLI::Range(0, 65535))
       ->capture_default_str();
   add_operator_option(*command, options->op);
   add_sensor_option(*command, options->sensor);
   add_size_option(*command, options->size);
+  group_options(*command, "What is rendered", {"--operator", "--sensor", "--size"});
+  command->add_option("--target", options->target,
+                      "Image to compare with, OpenEXR of the film's size or a photo (PNG, JPEG, TIFF): shows residual, "
+                      "loss and Gauss-Newton's step");
+  command->add_option(
+      "--mask", options->mask,
+      "Weights of the target's pixels, 0 to 1: OpenEXR (channel Y, R or else the first), or PNG and the "
+      "like (grey or red)");
+  command->add_flag("--exposure", options->exposure, "Find a factor on the target, too: its exposure");
+  add_noise_option(*command, options->noise);
+  group_options(*command, "Target", {"--target", "--mask", "--exposure", "--noise"});
+  add_photo_options(*command, options->photo);
   add_common_options(*command, options->common, "refined up to 1024");
   add_open_option(*command, options->common);
+  add_example(*command, "itn view wax.xml --size 128x128 --target photo.exr",
+              "Prints the address of a page that only browsers on this machine can open, and ends with Ctrl-C (exit "
+              "code 130).");
   command->callback([options] { run(*options); });
 }
 

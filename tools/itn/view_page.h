@@ -1,4 +1,4 @@
-// What the page of `itn view` asks and is answered, without the connections.
+// The requests of the page of `itn view` and their answers, without the connections.
 #pragma once
 #include <map>
 #include <mutex>
@@ -10,7 +10,7 @@
 
 namespace itn::tools {
 
-// Where the scene came from, to save it again.
+// The origin of the scene, to save it again.
 struct ViewedScene {
   std::string file;
   std::map<std::string, std::string> definitions;

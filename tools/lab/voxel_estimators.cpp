@@ -155,7 +155,7 @@ Flight fly(const World& world, const Vec& x, const Vec& w, Random& random) {
 
 constexpr int most_flights = 64;
 
-// What a path brings that goes on from x along w.
+// The radiance of a path that goes on from x along w.
 double radiance(const World& world, Vec x, Vec w, Random& random) {
   double throughput = 1;
   for (int k = 0; k < most_flights; ++k) {
@@ -169,7 +169,7 @@ double radiance(const World& world, Vec x, Vec w, Random& random) {
   return 0;
 }
 
-// What is scattered at x towards a path.
+// The radiance that is scattered at x towards a path.
 double scattered(const World& world, const Vec& x, Random& random) {
   return world.albedo[world.voxel(x)] * radiance(world, x, world.scattered(random), random);
 }

@@ -72,7 +72,7 @@ MODEL ashikhmin_shirley_density(int variant, const REAL* n, REAL3 wi, REAL3 wo) 
   return SELECT(possible, choice * gloss + (NUMBER(1) - choice) * diffuse_pdf(wo), NUMBER(0));
 }
 
-/* Of the gloss if u0 is below its probability; lost where its mirror image is below the surface. */
+/* Draws from the gloss if u0 is below its probability; the sample is lost if its mirror image is below the surface. */
 MODEL_VOID ashikhmin_shirley_draw(int variant, const REAL* n, REAL3 wi, const REAL* u, REAL3* wo, REAL* weight,
                                   REAL* pdf, REAL* inverse_eta) {
   MASK glossy = u[0] < ashikhmin_shirley_choice(n);

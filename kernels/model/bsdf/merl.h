@@ -42,8 +42,8 @@
 #define MERL_RANDOM 3
 enum { MERL_NUMBERS(DECLARE_SLOT) MERL_SLOTS };
 
-/* Where a pair of directions is in the table, in bins from its beginning: half angle, difference angle, azimuth. Both
- * directions are above the surface; others give places, too, which mean nothing. */
+/* The place of a pair of directions in the table, in bins from its beginning: half angle, difference angle, azimuth.
+ * Both directions are above the surface; others give places, too, which mean nothing. */
 MODEL_VOID merl_place(REAL3 wi, REAL3 wo, REAL* place) {
   REAL3 h = reflection_half(wi, wo);
   REAL sine = SQRT(h.x * h.x + h.y * h.y);

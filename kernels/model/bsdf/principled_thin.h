@@ -54,7 +54,7 @@ MODEL_VOID principled_thin_alphas(const REAL* n, REAL scale, REAL* alpha_u, REAL
   principled_alphas(scale * n[LOBES_roughness], n[LOBES_anisotropic], alpha_u, alpha_v);
 }
 
-/* Of the roughness of facets that pass light */
+/* The scale of the roughness of facets that pass light */
 MODEL principled_thin_scale(const REAL* n) { return NUMBER(0.65) * n[PRINCIPLED_THIN_eta] - NUMBER(0.35); }
 
 /* The direction, turned with wi. */

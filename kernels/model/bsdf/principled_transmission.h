@@ -55,7 +55,7 @@ MODEL_VOID principled_transmission_choice(const REAL* n, REAL3 wi, REAL* clearco
   *base = SELECT(wi.z > NUMBER(0), of_base / MAX(all, NUMBER(1e-20)), NUMBER(0));
 }
 
-/* Of a facet's samples, those that are mirrored; f: F_d */
+/* The share of a facet's samples that are mirrored. f: F_d */
 MODEL principled_transmission_mirrored(const REAL* n, REAL3 wi, REAL f) {
   return SELECT(wi.z > NUMBER(0), NUMBER(1) - principled_transmission_share(n) * (NUMBER(1) - f), f);
 }

@@ -1,5 +1,5 @@
-/* What BSDFs share: those that decide on a direction and nothing else, those that draw all directions, those that
- * choose all of them: see list.h. */
+/* Common code of BSDFs: those that decide on a direction and nothing else, those that draw all directions, those that
+ * choose all of them (list.h). */
 #ifndef ITN_BSDF_REFLECTION_H
 #define ITN_BSDF_REFLECTION_H
 #include "shared/declaration.h"

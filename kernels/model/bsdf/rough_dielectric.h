@@ -42,8 +42,8 @@ MODEL3 rough_dielectric_facet(REAL eta, REAL3 wi, REAL3 wo) {
   return scale3(sum, SELECT(sum.z < NUMBER(0), -scale, scale));
 }
 
-/* What value and density share: the density of wo without G1(wo), that is Dv(h) |dh/dwo| F, or 1 - F for transmission.
- * 0 where G = 0 whatever G1 is. h: rough_dielectric_facet; seen: D(h) G1(wi) */
+/* The factor that value and density share: the density of wo without G1(wo), that is Dv(h) |dh/dwo| F, or 1 - F for
+ * transmission. 0 where G = 0 whatever G1 is. h: rough_dielectric_facet; seen: D(h) G1(wi) */
 MODEL rough_dielectric_lobe(REAL eta, REAL3 wi, REAL3 wo, REAL3 h, REAL seen) {
   MASK reflected = wi.z * wo.z > NUMBER(0);
   REAL ci = dot3(wi, h), co = dot3(wo, h);
@@ -61,11 +61,11 @@ MODEL rough_dielectric_half(int distribution, REAL alpha, REAL eta, REAL3 wi, RE
   return rough_dielectric_lobe(eta, wi, wo, h, seen);
 }
 
-/* What d log f / d eta lacks for GGX. D of upright microfacets (h.z = 0) is not 0, so transmission jumps to 0 at the cone of
- * wo where h.z = 0, and the cone moves with eta: the derivative of an integral of f is that of f plus f on the cone times its
- * motion. K(h.z) goes from K(0) = 0 to 1 at h.z = BAND; adding dK / d eta to the score spreads the term over the band.
- * K' has the integral 1 and the first moment 0 and ends at 0, so the error is of second order in BAND: some percent of the
- * term itself. */
+/* The term that d log f / d eta lacks for GGX. D of upright microfacets (h.z = 0) is not 0, so transmission jumps to
+ * 0 at the cone of wo where h.z = 0, and the cone moves with eta: the derivative of an integral of f is that of f plus
+ * f on the cone times its motion. K(h.z) goes from K(0) = 0 to 1 at h.z = BAND; adding dK / d eta to the score spreads
+ * the term over the band. K' has the integral 1 and the first moment 0 and ends at 0, so the error is of second order
+ * in BAND: some percent of the term itself. */
 #define ROUGH_DIELECTRIC_BAND 0.1
 MODEL rough_dielectric_ggx_edge(REAL eta, REAL3 wi, REAL3 wo) {
   REAL3 sum = add3(wi, scale3(wo, SELECT(wi.z * wo.z > NUMBER(0), NUMBER(1), eta)));

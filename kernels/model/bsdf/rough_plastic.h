@@ -69,7 +69,8 @@ MODEL rough_plastic_density(int variant, const REAL* n, REAL3 wi, REAL3 wo) {
   return SELECT(wi.z > NUMBER(0), density, NUMBER(0));
 }
 
-/* Of the coating if u0 is below its probability; lost where its mirror image is below the surface. */
+/* Draws from the coating if u0 is below its probability; the sample is lost if its mirror image is below the
+ * surface. */
 MODEL_VOID rough_plastic_draw(int variant, const REAL* n, REAL3 wi, const REAL* u, REAL3* wo, REAL* weight, REAL* pdf,
                               REAL* inverse_eta) {
   MASK from_coating = u[0] < rough_plastic_choice(n, wi);

@@ -12,7 +12,7 @@
 #include "shared/environment_layout.h"
 #include "shared/portable.h"
 
-/* Of order 0; those of higher orders have the same kind (include/itn/model.h). */
+/* The coefficient of order 0; those of higher orders have the same kind (include/itn/model.h). */
 #define SPHERICAL_HARMONICS_PARAMETERS(PARAMETER) PARAMETER(c_0_0, COEFFICIENT, 0, "")
 #define SPHERICAL_HARMONICS_TRAITS 0
 #define SPHERICAL_HARMONICS_FORMULA ""

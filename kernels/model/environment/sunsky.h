@@ -20,7 +20,7 @@
 #include "model/environment/sampling_table.h"
 #include "model/sky_hosek_wilkie.h"
 
-/* What the sky's model takes of a direction: from the zenith, and from the sun. */
+/* The angles of a direction that the sky's model takes: from the zenith, and from the sun. */
 typedef struct {
   REAL cos_theta, gamma, one_minus_cos;
 } SkyAngles;

@@ -1,5 +1,5 @@
 /* Heterogeneous medium: extinction and albedo are numbers times fields, which differ from place to place (texture/field.h).
- * Along a flight from x0, with the field f and its integral, the thickness t(d) = int_0^d f(x0 + s w) ds:
+ * Along a flight from x0, with the field f and its integral, the column density t(d) = int_0^d f(x0 + s w) ds:
  *
  *   transmittance      T(d) = exp(-sigma_t t(d))                       [1]
  *   free flight        p(d) = f(x(d)) sigma_t exp(-sigma_t t(d))       [1 / scene unit]
@@ -23,9 +23,13 @@
   PARAMETER(scale, NON_NEGATIVE, 1, "")
 enum { HETEROGENEOUS_NUMBERS(DECLARE_SLOT) HETEROGENEOUS_SLOTS };
 
-MODEL_VOID heterogeneous_scattering(const REAL* n, REAL thickness, REAL* f) { homogeneous_scattering(n, thickness, f); }
+MODEL_VOID heterogeneous_scattering(const REAL* n, REAL column_density, REAL* f) {
+  homogeneous_scattering(n, column_density, f);
+}
 
-MODEL_VOID heterogeneous_passage(const REAL* n, REAL thickness, REAL* f) { homogeneous_passage(n, thickness, f); }
+MODEL_VOID heterogeneous_passage(const REAL* n, REAL column_density, REAL* f) {
+  homogeneous_passage(n, column_density, f);
+}
 
 #ifndef __OPENCL_VERSION__
 /* parameters: sigma_t (3), albedo (3), scale */

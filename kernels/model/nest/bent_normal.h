@@ -1,4 +1,4 @@
-/* What normal and bump maps share: the BSDF inside sees the frame around another normal.
+/* Common code of normal and bump maps: the BSDF inside sees the frame around another normal.
  *   Estevez, Lecocq, Stellato 2019, "A microfacet-based shadowing function to solve the bump terminator problem" */
 #ifndef ITN_NEST_BENT_NORMAL_H
 #define ITN_NEST_BENT_NORMAL_H
@@ -10,7 +10,7 @@ MODEL squared_tangent(REAL3 w) {
   return MAX(NUMBER(1) - cos2, NUMBER(0)) / MAX(cos2, NUMBER(1e-12));
 }
 
-/* How much of the light from wo reaches a surface that stands for bumps with this normal. */
+/* The share of the light from wo that reaches a surface that stands for bumps with this normal. */
 MODEL bump_shadowing(REAL3 normal, REAL3 wo) {
   REAL alpha2 = MIN(NUMBER(0.125) * squared_tangent(normal), NUMBER(1));
   return NUMBER(2) / (NUMBER(1) + SQRT(NUMBER(1) + alpha2 * squared_tangent(wo)));

@@ -1,6 +1,6 @@
-/* What may stand around BSDFs. NEST(name, PREFIX, type): name.h beside this file declares PREFIX_NUMBERS,
- * PREFIX_PARAMETERS and PREFIX_TRAITS, which its structures have too, and has the functions below; type: of the element in
- * scene files.
+/* The list of nests that may stand around BSDFs. NEST(name, PREFIX, type): name.h beside this file declares
+ * PREFIX_NUMBERS, PREFIX_PARAMETERS and PREFIX_TRAITS, which its structures have too, and has the functions below;
+ * type: of the element in scene files.
  *
  *   name_enter(branch, n, wi, wo, x)     from outside towards the leaf: x (nest.h) as it is inside, in one of its branches.
  *                                        n: its numbers; wi, wo: in the surface's frame

@@ -1,6 +1,6 @@
-/* What XML nests around BSDFs is flattened into structures: leaves, which are BSDFs, and on the way to each the nests around
- * it, outermost first. A Nest is what they make of the surface for one leaf: the frame in which the leaf sees directions,
- * and its part of the light.
+/* Elements that XML nests around BSDFs are flattened into structures: leaves, which are BSDFs, and on the way to
+ * each the nests around it, outermost first. A Nest is what they make of the surface for one leaf: the frame in which
+ * the leaf sees directions, and its part of the light.
  *
  *   f |cos wo| = sum over leaves of share seen lit f_leaf(wi', wo') |cos wo'|,   density = sum of share seen density_leaf
  *

@@ -52,10 +52,10 @@ MODEL draine_step(REAL g, REAL k, REAL least, REAL target, REAL v) {
   return MIN(MAX(v - step, NUMBER(0)), NUMBER(1));
 }
 
-/* Where the steps begin. The slope is least at the quantile v0 of the right angle. In x = dc/dv (v - v0), as far as the
- * cosine is near x, the equation is x + alpha x^3 / 3 = (1 + alpha) dc/dv (target - below(v0)): for g = 0 the whole of
- * it, solved by a hyperbolic sine. Beyond |x| = 1, where no cosine is, a straight line. Three steps lead from there to
- * rounding, for every g and alpha up to greatest_draine_alpha. */
+/* The value at which the steps begin. The slope is least at the quantile v0 of the right angle. In x = dc/dv (v -
+ * v0), as far as the cosine is near x, the equation is x + alpha x^3 / 3 = (1 + alpha) dc/dv (target - below(v0)): for
+ * g = 0 the whole of it, solved by a hyperbolic sine. Beyond |x| = 1, where no cosine is, a straight line. Three steps
+ * lead from there to rounding, for every g and alpha up to greatest_draine_alpha. */
 MODEL draine_first_guess(REAL g, REAL alpha, REAL k, REAL target) {
   REAL q = (NUMBER(1) - g) * (NUMBER(1) + g), r = SQRT(NUMBER(1) + g * g);
   REAL v0 = NUMBER(0.5) - NUMBER(0.5) * g * (NUMBER(3) - g * g) / (r * (q + r));

@@ -12,7 +12,7 @@
 #include "model/phase/sized.h"
 #include "shared/declaration.h"
 
-/* Of part k of so many. */
+/* The share of part k of so many. */
 SIZED_MODEL mixture_share(const REAL* n, int parts, int k) {
   if (k > 0) return n[k - 1];
   REAL rest = NUMBER(1);

@@ -23,8 +23,9 @@
 #define TEXTURE_IN_SPACE 2
 
 #ifdef __OPENCL_VERSION__
-/* Of one path. primitive, shape, b1, b2 (barycentric, of the second and third corner): where there are attributes
- * (HAS_ATTRIBUTES), and on meshes alone; x, y, z: where there are volumes (HAS_VOLUME_TEXTURES) */
+/* The place where one path looks a texture up. primitive, shape, b1, b2 (barycentric, of the second and third
+ * corner): where there are attributes (HAS_ATTRIBUTES), and on meshes alone; x, y, z: where there are volumes
+ * (HAS_VOLUME_TEXTURES) */
 typedef struct {
   float u, v;
 #if HAS_ATTRIBUTES

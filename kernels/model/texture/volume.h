@@ -12,7 +12,7 @@
 #define VOLUME_TEXTURE_HEAD 13
 
 #ifdef __OPENCL_VERSION__
-/* Of a place along one axis of n voxels: the two between which it lies, and the share of the second. */
+/* Finds the two voxels between which a place lies along an axis of n, and returns the share of the second. */
 static inline float volume_voxels(float x, int n, int wrap, int nearest, int which[2]) {
   const float below = floor(nearest ? x : x - 0.5f);
   which[0] = wrap_texel((int)below, n, wrap);

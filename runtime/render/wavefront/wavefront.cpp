@@ -178,7 +178,7 @@ Wavefront::Wavefront(const Device& device, const LaunchData& data, std::vector<J
   upload_records(data, derivatives);
 
   buffers_.visits = device.upload(std::vector<float>(1), "pilot's visits");
-  buffers_.pulls = device.upload(std::vector<float>(1), "pulls");
+  buffers_.pixel_adjoints = device.upload(std::vector<float>(1), "pulls");
 
   // Short of memory, fewer paths are in flight and launches are smaller: the image is the same.
   const std::size_t bytes_a_slot = (path_fields(definitions).size + queues * (fused_ ? 1u : 2u)) * sizeof(float);
@@ -289,7 +289,7 @@ void Wavefront::begin_gradient(int contrasts) {
 void Wavefront::replay(const std::vector<JobSlice>& slices, const std::vector<float>& pulls, std::size_t at,
                        int contrast) {
   if (!summing_) clear_gradient();
-  buffers_.pulls = device_.upload(pulls, "pulls");
+  buffers_.pixel_adjoints = device_.upload(pulls, "pulls");
   contrast_ = contrast;
   trace_jobs(slices, Purpose::replay, at);
   for (int probe = 0; has_probes_ && probe < PROBES; ++probe) trace_jobs(slices, Purpose::probes, at, probe);
@@ -374,7 +374,7 @@ void Wavefront::trace_jobs(const std::vector<JobSlice>& slices, Purpose purpose,
     job.first_output = static_cast<int>(at) + paths;
     job.pilot = purpose == Purpose::pilot;
     job.replay = purpose == Purpose::replay ? REPLAY_SUMS : purpose == Purpose::probes ? REPLAY_PROBES : 0;
-    job.first_pull = pulled_pixels;
+    job.first_pixel_adjoint = pulled_pixels;
     job.probe = probe;
     job.sets = static_cast<int>(sets());
     job.contrast = contrast_ >= 0;

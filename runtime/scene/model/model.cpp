@@ -1,7 +1,5 @@
 #include "itn/model.h"
 
-#include "kernels/model/obstacle.h"
-
 #include <algorithm>
 #include <array>
 #include <iterator>
@@ -10,6 +8,7 @@
 
 #include "kernels/model/models.h"
 #include "kernels/model/nest/list.h"
+#include "kernels/model/obstacle.h"
 #include "runtime/base/dual.h"
 
 namespace itn {

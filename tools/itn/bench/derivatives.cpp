@@ -17,7 +17,7 @@ MeanDerivative summary(const std::vector<double>& values) {
   return s;
 }
 
-// Which of derivative_names a parameter belongs to; -1: none.
+// The index in derivative_names that a parameter belongs to; -1: none.
 int place(const Parameter& p) {
   if (p.is(Owner::medium, "sigma_t")) return 0;
   if (p.is(Owner::medium, "albedo")) return 1;

@@ -1,4 +1,4 @@
-// What derivatives cost, beside the image alone and beside Mitsuba's prbvolpath.
+// The cost of derivatives, beside the image alone and beside Mitsuba's prbvolpath.
 #pragma once
 #include <array>
 #include <string>

@@ -1,4 +1,4 @@
-// How fast scenes render and how noisy the images are, beside Mitsuba when asked.
+// The speed of renderings and the noise of the images, beside Mitsuba when asked.
 #pragma once
 #include <atomic>
 #include <cstdint>

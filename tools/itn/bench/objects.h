@@ -1,4 +1,4 @@
-// What the scenes of the bench are made of besides XML: meshes as PLY, images as OpenEXR. Each throws ResultError when
+// Files of the bench's scenes besides XML: meshes as PLY, images as OpenEXR. Each throws ResultError when
 // the file cannot be written.
 #pragma once
 #include <string>

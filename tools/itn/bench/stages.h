@@ -1,4 +1,4 @@
-// Where the time of a render goes: the stages of a scene, and scattering beside the limit that a bare walk sets.
+// The time of a render, split up: the stages of a scene, and scattering beside the limit that a bare walk sets.
 #pragma once
 #include <nlohmann/json.hpp>
 #include <string>

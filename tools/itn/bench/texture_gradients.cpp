@@ -9,7 +9,7 @@
 namespace itn {
 namespace {
 
-// Of several gradients.
+// Sums over several gradients.
 class Gradients {
  public:
   // values: of the texels

@@ -1,4 +1,4 @@
-// What the gradient by every texel of a texture or voxel of a grid costs, beside Mitsuba's prb and prbvolpath.
+// The cost of the gradient by every texel of a texture or voxel of a grid, beside Mitsuba's prb and prbvolpath.
 #pragma once
 #include <string>
 
@@ -13,8 +13,8 @@ struct TexelGradient {
   // Value times gradient, summed over the texels, which is the derivative by a factor on them all: the mean of the runs
   // and its standard error.
   double sum = 0, stderr_ = 0;
-  // Of one run, summed over the texels but those of 0: where a grid is empty, Mitsuba's derivative lacks the light that
-  // a little of the medium would scatter, so that the noise of the two is not that of the same number.
+  // The variance of one run, summed over the texels but those of 0: where a grid is empty, Mitsuba's derivative lacks
+  // the light that a little of the medium would scatter, so that the noise of the two is not that of the same number.
   double variance = 0;
 };
 
