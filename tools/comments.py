@@ -28,7 +28,7 @@ def fragments(file):
 
 
 def main():
-    folders = [name for name in sys.argv[1:] if not name.startswith('--')] or ['kernels', 'runtime', 'network', 'tools', 'python', 'include']
+    folders = [name for name in sys.argv[1:] if not name.startswith('--')] or ['kernels', 'runtime', 'network', 'tools', 'python', 'include', 'tests']
     files = subprocess.run(['git', 'ls-files', *(f'{folder}/**' for folder in folders)], cwd=ROOT, capture_output=True, text=True,
                            check=True).stdout.split()
     count = 0
