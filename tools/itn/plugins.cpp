@@ -24,7 +24,7 @@ void run(const CommonOptions& options) {
 
 void add_plugins(CLI::App& app) {
   auto options = std::make_shared<CommonOptions>();
-  CLI::App* command = app.add_subcommand("plugins", "List the plugins that scene files may name, by their element.");
+  CLI::App* command = app.add_subcommand("plugins", "List the plugins that scene files may name, by their element");
   add_example(*command, "itn plugins --json plugins.json");
   add_common_options(*command, *options);
   command->callback([options] { run(*options); });
