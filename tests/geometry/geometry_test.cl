@@ -2,7 +2,6 @@
 #include "geometry/flight_grid.h"
 #include "geometry/surface_frame.h"
 #include "geometry/trace.h"
-#include "path/event_random.h"
 
 typedef struct {
   float origin[3], direction[3];

@@ -99,8 +99,8 @@ TEST_CASE("a failed build carries the compiler's log with file and line") {
 }
 
 TEST_CASE("a log that counts the lines of the whole text is given files and their lines") {
-  const KernelFile file("broken.cl", "#include \"scene/made.h\"\nint x = undeclared_name;\n");
-  const std::string source = itn::kernel_source("broken.cl", {{"scene/made.h", "int made;\nint too;\n"}});
+  const KernelFile file("broken.cl", "#include \"program/made.h\"\nint x = undeclared_name;\n");
+  const std::string source = itn::kernel_source("broken.cl", {{"program/made.h", "int made;\nint too;\n"}});
   CHECK(itn::with_kernel_files("<kernel>:6:9: error\n<kernel>:4:1: error\n<kernel>:99: error", source) ==
         "kernels/broken.cl:2:9: error\nkernels/program/made.h:2:1: error\n<kernel>:99: error");
 }

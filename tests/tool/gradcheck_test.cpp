@@ -76,7 +76,7 @@ TEST_CASE("itn gradcheck finds a derivative that is wrong, with exit code 1 and 
   const std::string right = "score_##name(phase->n, cosine, d);";
   REQUIRE(text.find(right) != std::string::npos);
   text.insert(text.find(right) + right.size(), " d[0] = -3.0f * d[0];");
-  std::filesystem::create_directories(folder / "lib");
+  std::filesystem::create_directories(folder / "scattering");
   itn::write_file(folder / "scattering/phase_score.h", text);
   const Result result = run_itn(gradcheck(two), {.environment = {{"ITN_KERNEL_DIR", folder.path().string()}}});
   INFO(result.output);

@@ -163,9 +163,6 @@ TEST_CASE(
   CHECK_THAT(refusal({"predict", run, folder / "photo.exr", "--flash", folder / "flash.exr", "--mask",
                       folder / "mask.exr", "--judge", run}),
              Contains("is no judge"));
-  CHECK_THAT(refusal({"predict", run, folder / "photo.exr", "--flash", folder / "flash.exr", "--mask",
-                      folder / "mask.exr", "--judge", "shipped-photos-judge"}),
-             Contains("train it with the same"));
   const Result test = run_itn({"predict", judge, "--dataset", data, "--json", "-"});
   INFO(test.error);
   REQUIRE(test.exit_code == 0);

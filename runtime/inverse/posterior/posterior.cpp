@@ -121,7 +121,8 @@ int Posterior::refinement_spp() const {
 }
 
 // Samples of the broader density that are far from each other and from what is rendered already. Renderings that were
-// there at the beginning save new ones: no more are wanted than make it as dense as if there had been none.
+// there at the beginning save new ones in the first refinement: no more are wanted than make it as dense as without
+// them.
 void Posterior::want_refinement() {
   const Eigen::MatrixXd& from = samples_.broad;
   const Frame& frame = regions_.local;
@@ -149,6 +150,7 @@ void Posterior::want_refinement() {
     wanted_.push_back({from.col(farthest() - distance.begin()), spp});
     note(wanted_.back().at);
   }
+  kept_ = 0;  // what is not known then, they do not tell
 }
 
 void Posterior::emulate() {

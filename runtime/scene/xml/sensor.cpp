@@ -195,7 +195,7 @@ void check_distortion(const Properties& properties, const Sensor& sensor) {
       opencv_distort(sensor.distortion.data(), u, v, &again_x, &again_y);
       bool is_right = std::hypot(again_x - x, again_y - y) < 1e-6 * (1 + std::hypot(x, y));
       double last = -1;  // distance from the axis on the film, which grows with that in space
-      for (int k = 0; k <= cells && is_right; ++k) {
+      for (int k = 0; k <= cells && is_right && std::hypot(u, v) > 1e-9; ++k) {
         const double share = 1.0 * k / cells;
         opencv_distort(sensor.distortion.data(), share * u, share * v, &again_x, &again_y);
         is_right = std::hypot(again_x, again_y) > last;
