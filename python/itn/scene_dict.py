@@ -20,6 +20,16 @@ from .warning import tell
 _PLUGINS = dict(_itn.plugins())
 # The tag of each plugin's element. Of a type that stands in several families the first one's.
 _TAG = {plugin: tag for tag, plugins in reversed(_PLUGINS.items()) for plugin in plugins}
+# Three numbers are a colour but in these.
+_POINTS = {"center", "p0", "p1", "position", "origin", "target"}
+_VECTORS = {"direction", "sun_direction"}
+# What arrays are given as, by plugin: Mitsuba's names of objects in place of a file.
+_BITMAPS = {"bitmap": ("bitmap", "data"), "envmap": ("bitmap",)}
+_GRIDS = {"gridvolume": ("grid", "data")}
+_MESHES = ("ply", "obj", "mesh")
+_MESH_PARTS = ("vertices", "faces", "normals", "texcoords")
+# Objects whose key is the name of a parameter.
+_NAMED = {"texture", "spectrum", "volume", "medium"}
 
 
 def _tag_of(kind: str, key: str, inside: str) -> str:
